@@ -154,6 +154,10 @@ class LeftOutWarning(UserWarning):
     """A result leaves out some of the light: behind a surface, between shiny ones, or what facets scatter twice."""
 
 
+class FluorescenceWarning(UserWarning):
+    """A result has nothing of the light that leaves at another wavelength than it arrived at: no light is known."""
+
+
 class EngineWarning(UserWarning):
     """Results take longer than necessary: formulas are not compiled, or compiled ones are not kept on disk."""
 

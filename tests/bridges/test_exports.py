@@ -326,6 +326,8 @@ def test_what_is_not_held_is_refused_with_the_list_of_what_is(program):
             continue
         with pytest.raises(ParameterError, match=r"expected Lambertian.*(gn\.save|measurements)"):
             text(m)
+    with pytest.raises(ParameterError, match=r"fluoresces.*m\.under\(light\)"):
+        text(gn.FluorescentLambertian([0.1, 0.2, 0.8], 0.5, [0.0, 0.1, 0.8]))
     with pytest.raises(ParameterError, match="a map"):
         text(gn.Lambertian(np.full((2, 2, 3), 0.5)))
 

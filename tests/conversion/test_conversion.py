@@ -1,5 +1,6 @@
 """Conversion, provenance, options, and what every writer has to do: new formats enter by being there."""
 
+import functools
 import json
 import math
 import os
@@ -15,7 +16,7 @@ from gonio import files
 from gonio.cli.convert import conversion_as_text
 from gonio.cli.info import facts_as_text
 from gonio.conversion import comparison, conversion
-from gonio.errors import Error, ParameterError
+from gonio.errors import Error, FluorescenceWarning, ParameterError
 from gonio.formats import formats, load, merl, rgl, save, writer
 from gonio.formats._options import of_texts
 from gonio.formats.merl import MERL
@@ -36,6 +37,7 @@ LARGE = {"CSAIL", "SCATFUN"}  # of a million values, whatever is written
 ELSEWHERE = {"ASTM", "BiRD", "MERL", "netCDF", "RGL", "WINDOW XML", "Zarr", "Zemax"}
 """Formats whose files `test_round_trips.py` compares with materials."""
 
+UP = np.array([0.0, 0.0, 1.0])
 GRAY = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5))
 RGB = gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5))
 GREEN = gn.material("gold", wavelengths=[550.0]).replace({"distribution.alpha": 0.4})
@@ -481,3 +483,49 @@ def test_tables_fit_the_terminal(width, monkeypatch, written):
     shown.append(formats.formats_as_text(format_table()))
     for line in "\n".join(shown).splitlines():
         assert len(line.replace("\x1b[1m", "").replace("\x1b[0m", "")) <= width + 4, line  # a digest is not cut
+
+
+INK = gn.Donaldson([[0.2, 0.0], [0.5, 0.6]], wavelengths=[450.0, 550.0])
+LOST = r"50% of what arrives at 450 nm, 38% of all that leaves"
+
+
+@pytest.mark.parametrize("module", [m for m in formats() if hasattr(m, "write")], ids=lambda module: module.NAME)
+def test_every_format_says_whether_it_holds_re_radiation(module, tmp_path, monkeypatch):
+    """Those that hold it give it back; saving in others, which write nothing here, says how much light is lost."""
+    path = tmp_path / f"ink{module.SUFFIXES[0]}"
+    if getattr(module, "FLUORESCES", False):
+        save(INK, path, module.NAME)
+        np.testing.assert_allclose(load(path).reradiation(UP, UP), INK.reradiation(UP, UP), rtol=1e-6)
+        return
+    monkeypatch.setattr(module, "write", functools.wraps(module.write)(lambda m, path, **options: None))
+    with pytest.warns(FluorescenceWarning, match=f"holds no light that leaves at another wavelength.*{LOST}") as said:
+        save(INK, path, module.NAME)
+    assert len(said) == 1
+
+
+def test_conversion_reports_how_much_re_radiation_is_lost(tmp_path, few_albedos):
+    report = gn.convert(INK, tmp_path / "ink.nc", resolution=(4, 4, 6))
+    assert re.match(LOST, report.lost["re-radiation"]) and not report.made.fluoresces
+    assert "re-radiation" not in gn.convert(INK, tmp_path / "ink.json").lost
+
+
+@pytest.mark.full
+@each_writer
+def test_what_is_written_has_no_re_radiation_and_the_report_says_so(module, tmp_path, few_albedos):
+    matrix = np.array([[0.2, 0.0, 0.0], [0.45, 0.6, 0.0], [0.1, 0.15, 0.7]])
+    for m in (INK, gn.Donaldson(matrix, wavelengths=[450.0, 550.0, 650.0]), gn.Donaldson(matrix)):
+        try:
+            options = NEEDED.get(module.NAME, {}) | SMALL.get(module.NAME, {})
+            report = gn.convert(m, tmp_path / f"ink{module.SUFFIXES[0]}", module.NAME, **options)
+        except ParameterError:
+            continue
+        assert report.made.exchanges != ("re-radiation" in report.lost)
+        return
+    pytest.skip("holds one channel")
+
+
+@pytest.mark.parametrize("call", [gn.tabulate, gn.to_dataset])
+def test_tables_of_f_alone_say_so(call):
+    with pytest.warns(FluorescenceWarning, match="gn.save") as said:
+        call(INK, resolution=(4, 4, 6))
+    assert len(said) == 1

@@ -44,6 +44,22 @@ def cube(rho, exitance):
     return gn.Scene([quad(face, rho, exitance) for face in (FLOOR, CEILING, *WALLS)])
 
 
+@pytest.mark.parametrize("method, count", [("rays", 300), ("dense", 48)])
+def test_a_closed_cavity_that_fluoresces_is_a_geometric_series_of_matrices(method, count):
+    D = np.array([[0.2, 0.0, 0.0], [0.45, 0.3, 0.0], [0.1, 0.15, 0.7]])
+    ink, M = gn.Donaldson(D, wavelengths=[450.0, 550.0, 650.0]), [4.0, 1.0, 1.0]
+    scene = gn.Scene([gn.Mesh((face, [[0, 1, 2, 3]]), ink, M) for face in (FLOOR, CEILING, *WALLS)])
+    light = gn.radiosity(scene, count, method)
+    np.testing.assert_allclose(light.radiosity, [np.linalg.solve(np.eye(3) - D, M)] * count, rtol=1e-6)
+    np.testing.assert_allclose(light.balance, 1.0, rtol=1e-6)
+
+
+def test_a_part_that_sends_out_more_energy_than_arrives():
+    ink = gn.Donaldson([[0.5, 0.0], [0.8, 0.1]], wavelengths=[450.0, 550.0])
+    with pytest.raises(ParameterError, match=r"part 0 sends back 1\.3 of the energy"):
+        gn.radiosity(gn.Scene(gn.Mesh((FLOOR, [[0, 1, 2, 3]]), ink, 1.0)), 2)
+
+
 def test_one_patch_may_be_asked_for():
     light = gn.radiosity(gn.Scene(quad(FLOOR, 0.5, 2.0)), 1)
     assert len(light.part) == 2  # the triangles of the square

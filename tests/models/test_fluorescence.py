@@ -156,6 +156,61 @@ def test_photons_under_a_coat_by_hand():
     np.testing.assert_allclose(fluorescent, 0.96 * 0.8 * 0.7 * 0.9 * 0.8 * (1.0 - DUNTLEY), rtol=2e-4)
 
 
+def test_light_that_the_coat_sends_back_excites_again():
+    """All wavelengths at once: what goes to and fro between the coat and the dye is a geometric series of matrices."""
+    bare = gn.FluorescentLambertian(
+        *([0.1, 0.0, 0.3, 0.2, 0.5], [0.9, 0.8, 0.5, 0.2, 0.1], [0.05, 0.1, 0.4, 0.3, 0.15]),
+        wavelength=[400.0, 450.0, 500.0, 550.0, 600.0],
+    )
+    D, R = PI * bare.reradiation(UP, UP), np.full(5, DUNTLEY)
+    thick = gn.Coated(bare + gn.Lambertian(0.02), tau=[0.5, 0.0, 0.1, 0.2, 0.3])
+    clear = PI * gn.Coated(bare).reradiation(UP, UP) * 1.5**2 / 0.96**2
+    rest, expected = D.copy(), np.zeros((5, 5))
+    for _ in range(60):
+        expected, rest = expected + rest, D @ (R[:, None] * rest)
+    np.testing.assert_allclose(clear, expected, rtol=2e-4)
+    wi, wo = directions(3)
+    E = RNG.random(5) + 0.1
+    for m in (thick, gn.RoughCoated(bare, alpha=0.3), 0.5 * gn.Rotated(gn.Coated(bare), 0.3) + gn.Lambertian(0.1)):
+        np.testing.assert_allclose(m.under(E).f(wi, wo) * E, m.reradiation(wi, wo) @ E, rtol=1e-12)
+
+
+def test_no_photon_is_lost_where_every_wavelength_excites():
+    """A dye that takes all light and gives a photon for each, at wavelengths that it takes up again."""
+    dye = gn.FluorescentLambertian(0.0, 1.0, [0.1, 0.3, 0.6], 1.0, wavelength=[400.0, 500.0, 600.0])
+    np.testing.assert_allclose(gn.photon_albedo(gn.Coated(dye), gn.direction([0.0, 1.2], 0.0)), 1.0, atol=1e-4)
+    again = gn.Coated(gn.Coated(dye, eta=1.3), eta=1.5)
+    assert gn.photon_albedo(again, UP).max() < 1.0
+
+
+def test_a_coat_over_what_sends_out_more_than_arrives():
+    with pytest.raises(ParameterError, match="grows without end"):
+        gn.Coated(gn.Donaldson([[0.5, 2.0], [2.0, 0.5]], wavelengths=[400.0, 500.0])).reradiation(UP, UP)
+
+
+def test_coats_of_torch_keep_their_derivatives():
+    torch = pytest.importorskip("torch")
+    a = torch.tensor(UP)
+
+    def F(eta):
+        return gn.Coated(INK, eta=eta).reradiation(a, a)[2, 0]
+
+    eta = torch.tensor(1.5, dtype=torch.float64, requires_grad=True)
+    F(eta).backward()
+    h = 1e-5
+    slope = (F(torch.tensor(1.5 + h, dtype=torch.float64)) - F(torch.tensor(1.5 - h, dtype=torch.float64))) / (2.0 * h)
+    np.testing.assert_allclose(float(eta.grad), float(slope), rtol=1e-6)
+
+
+def test_what_goes_to_and_fro_has_no_derivatives_by_name():
+    m = gn.Coated(DYE).under(np.ones(41)) + gn.Lambertian(0.1)
+    assert set(m.jacobian(UP, UP).by) == {"0.light", "0.seen", "1.rho"}
+    with pytest.raises(ParameterError, match=r"0\.of\.base\.quantum_yield changes what goes to and fro"):
+        m.jacobian(UP, UP, by="0.of.base.quantum_yield")
+    lost = gn.Coated(DYE, internal="lost").under(np.ones(41))
+    assert "of.base.quantum_yield" in lost.jacobian(UP, UP).by
+
+
 def test_a_coat_has_the_numbers_of_either_wavelength():
     m = gn.Coated(INK, eta=[1.6, 1.5, 1.45], tau=[0.5, 0.1, 0.0], internal="lost")
     wi, wo = directions(4)

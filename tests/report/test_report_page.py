@@ -19,11 +19,13 @@ from places import ROOT
 
 import gonio as gn
 from gonio.compile import store
-from gonio.errors import DependencyError, ParameterError, WriteError
+from gonio.errors import DependencyError, FluorescenceWarning, ParameterError, WriteError
 from gonio.evaluate import planning
 from gonio.evaluate.tracing import at_most
 from gonio.formats._reading import tensor_file
+from gonio.pictures.colour import daylight
 from gonio.report import page
+from gonio.report.facts import facts
 from gonio.report.page import browser, chart, contents, curves, fits, html, lobes, pictures
 from gonio.report.page.subject import Subject
 from gonio.report.page.typeset import typeset
@@ -323,6 +325,19 @@ def test_a_spectrum_has_a_plot_and_colours(quick):
     assert np.allclose(patch["rgb"], rgb, atol=2e-3)
     read = whole(text)
     assert "wavelength [nm]" in read.words and "7 of 31 channels" in read.words
+
+
+def test_colours_of_what_fluoresces_are_those_in_daylight():
+    """And the page says how much of the light its albedos and slices leave out."""
+    ink = gn.Donaldson([[0.2, 0.0], [0.5, 0.6]], wavelengths=[450.0, 550.0])
+    E = daylight(ink.wavelengths)
+    patch = contents.colours(ink)["patches"][0]
+    assert np.allclose(patch["rgb"], gn.to_colour(ink.matrix @ E / E, ink.wavelengths), atol=2e-3)
+    with pytest.warns(FluorescenceWarning, match="left out"):
+        contents.albedos(ink)
+    said = facts("ink", ink, computed=False)["fluorescence"]
+    assert "50% of what arrives at 450 nm" in said
+    assert "fluorescence" not in facts("paint", gn.Lambertian(0.5), computed=False)
 
 
 def test_lab_is_that_of_the_cie():

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
 from ..errors import NotFoundError, ParameterError, shown
 from ..evaluate import batch
+from ..formula.fields import Part
 from ..formula.state import derived
 from ..formula.text import listed
 from . import channel_names, kernels, textured
@@ -93,7 +94,8 @@ class Calls(Hooks):
     def jacobian(self, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
         """f(wi, wo) and its exact derivatives, at the cost of a few evaluations.
 
-        `by`: paths of `parameters`, and "wi" or "wo" for the components of a direction; all parameters if not given.
+        `by`: paths of `parameters`, and "wi" or "wo" for the components of a direction; all parameters if not given,
+        but those of a coat in `m.under(E)`, which have no derivatives where what is under it fluoresces.
         The derivative by a parameter is that of each value by the number that it depends on: of channel c by the
         parameter's entry c, of a place on a map by the parameter there. Derivatives by a direction are those of the
         formula by x, y and z as three free numbers; for what happens along the sphere take the tangential part.
@@ -121,17 +123,38 @@ class Calls(Hooks):
         inputs = {"wi": 0, "wo": 1}
         expected = f"expected one of {listed([*leaves, *inputs])}"
         try:
-            variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
+            variables = list(self._with_slopes() if by is None else [by] if isinstance(by, str) else by)
         except TypeError:
             raise ParameterError(f"jacobian(by={shown(by)}): {expected}, or a list of them") from None
         for path in variables:
             if not isinstance(path, str) or (path not in leaves and path not in inputs):
                 raise NotFoundError(f"jacobian(by={shown(path)}): {expected}")
+        self._require_slopes("jacobian", variables)
         paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
         found = [*paths, *directions], tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
         if by is None:
             self.alike[Calls._variables] = found
         return found
+
+    def _without_slopes(self, prefix: str = "") -> Iterator[str]:
+        """How the paths of numbers begin by which nothing can be differentiated."""
+        for name, field in self.fields.items():
+            if isinstance(field, Part) and isinstance(x := self.__dict__[name], Calls):
+                yield from x._without_slopes(f"{prefix}{name}.")
+
+    def _with_slopes(self) -> list[str]:
+        """The paths of all parameters with derivatives."""
+        return [path for path in self.parameters if not path.startswith((*self._without_slopes(),))]
+
+    def _require_slopes(self, call: str, paths: Iterable[str]) -> None:
+        """Raises ParameterError where one of the paths is of a number without derivatives."""
+        for start in self._without_slopes():
+            for path in paths:
+                if path.startswith(start):
+                    raise ParameterError(
+                        f"{call}: {path} changes what goes to and fro between a coat and what fluoresces under it, and "
+                        f"that has no derivatives; expected other numbers, or internal='lost' in the coat"
+                    )
 
     def f_angles(self, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
         """f of polar angles and azimuths [rad]; the four broadcast against each other.

@@ -5,10 +5,11 @@ The matrices of pairs of wavelengths are computed in `reradiation.py`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Self
 
 from ..errors import ParameterError
+from ..formula.fields import Part
 from ..formula.parametrised import Parametrised
 from ..formula.state import derived
 from . import reradiation
@@ -31,6 +32,17 @@ class Fluorescent(Channelled):
         False True
         """
         return any(part.fluoresces for part in self._reflectances())
+
+    @property
+    def exchanges(self) -> bool:
+        """Whether light is exchanged between its channels: it fluoresces, and has several.
+
+        Example
+        >>> dye = gn.FluorescentLambertian(gn.Spectrum([400.0, 700.0], [0.2, 0.8]))
+        >>> print(dye.at([450.0, 650.0]).exchanges, dye.at(550.0).exchanges)
+        True False
+        """
+        return self.fluoresces and (self.channels or 1) > 1
 
     def reradiation(self, wi: Any, wo: Any) -> Any:
         """The bispectral matrix F of light that leaves at wavelength o and arrived at i: L_o = sum_i F[o, i] E_i.
@@ -79,6 +91,18 @@ class Fluorescent(Channelled):
         """
         seen_as: Reflectance = reradiation.under(self, light, seen)
         return seen_as
+
+    def _with_rounds(self, matrix: Callable[[str, Any], Any], prefix: str = "") -> Self:
+        """With `matrix(path, coat)` in each coat that sends light back to a dye, where it may excite again: what goes
+        to and fro takes part in all wavelengths at once, and formulas know two."""
+        parts = ((name, self.__dict__[name]) for name, field in self.fields.items() if isinstance(field, Part))
+        inner = {
+            name: x._with_rounds(matrix, f"{prefix}{name}.")
+            for name, x in parts
+            if isinstance(x, Fluorescent) and x.fluoresces
+        }
+        changes = {name: x for name, x in inner.items() if x is not self.__dict__[name]}
+        return self._changed(changes) if changes else self
 
     def _reflectances(self) -> Iterable[Fluorescent]:
         """The reflectances that this is made of."""

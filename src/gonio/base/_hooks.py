@@ -180,6 +180,17 @@ class Hooks(Parametrised):
         """Albedo of the Lambertian part of f, where there is one: f is never below this over pi."""
         return None
 
+    @property
+    def glows_evenly(self) -> bool:
+        """Whether what is re-radiated is as that of a Lambertian surface, from and to all directions alike.
+
+        Example
+        >>> ink = gn.Donaldson([[0.2, 0.0], [0.3, 0.6]], wavelengths=[400.0, 550.0])
+        >>> print(ink.glows_evenly, gn.Coated(ink).glows_evenly)
+        True False
+        """
+        return False
+
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         """The Mueller matrix of f [1/sr], in the axes of `formula/mueller.py`, for directions above the horizon.
 

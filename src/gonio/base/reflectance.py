@@ -216,6 +216,10 @@ class Scaled(Reflectance):
     def polarizes(self) -> bool:
         return bool(self.of.polarizes)
 
+    @property
+    def glows_evenly(self) -> bool:
+        return bool(self.of.glows_evenly)
+
     def reradiated(self, light: Any, wi: Direction, wo: Direction) -> Any:
         return self.weight * self.of.reradiated(light.of, wi, wo)
 
@@ -312,6 +316,10 @@ class Sum(Reflectance):
     @property
     def polarizes(self) -> bool:
         return any(term.polarizes for term in self.terms)
+
+    @property
+    def glows_evenly(self) -> bool:
+        return all(term.glows_evenly for term in self.terms if term.fluoresces)
 
     def reradiated(self, light: Any, wi: Direction, wo: Direction) -> Any:
         total = 0.0

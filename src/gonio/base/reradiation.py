@@ -12,9 +12,10 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import PAIRS
-from ..errors import ParameterError
+from ..errors import FluorescenceWarning, ParameterError, warn
 from ..evaluate import batch, labelled
 from ..formula import bands
+from ..formula.direction import NORMAL
 from ..formula.exchange import Exchange
 from ..formula.fields import CLASSES, Field, Wavelengths, part
 from ..formula.parametrised import Parametrised
@@ -33,12 +34,13 @@ class _Pairs(Parametrised):
 
 def pairs(m: Any, channels: int) -> _Pairs:
     """Both copies of a material, with a channel o C + i for each pair of channels."""
+    m = m._with_rounds(lambda _, coat: coat.to_and_fro(channels))
     o, i = np.divmod(np.arange(channels * channels), channels)
 
     def at(own: np.ndarray) -> Any:
         def chosen(path: str, field: Field, value: Any) -> Any:
             if isinstance(field, Exchange):
-                return _flat(matrices[path])
+                return _flat(field.between(matrices[path]))
             return value[..., own] if np.ndim(value) and np.shape(value)[-1] > 1 else value
 
         return m.rebuilt(chosen)
@@ -47,8 +49,13 @@ def pairs(m: Any, channels: int) -> _Pairs:
     return _Pairs.unchecked(leaves_at=at(o), arrives_at=at(i))
 
 
-def _flat(matrix: Any) -> Any:
-    between = Exchange.between(matrix)
+def along_normal(m: Any, channels: int) -> Any:
+    """Re-radiation along the normal [1/sr], (...) or (..., C C), in arrays of the material's own library."""
+    both = pairs(m, channels)
+    return both.leaves_at.reradiated(both.arrives_at, NORMAL, NORMAL)
+
+
+def _flat(between: Any) -> Any:
     return between if np.ndim(between) == 0 else between.reshape(*between.shape[:-2], -1)
 
 
@@ -101,6 +108,17 @@ def under(m: Any, light: Any, seen: Any) -> Any:
             f"all wavelengths, or seen=..., the light of the picture: m.under(E, seen=np.ones({len(E)}))"
         )
     return m if seen is None and not m.fluoresces else CLASSES["UnderLight"](m, E, for_light)
+
+
+def warn_of_reradiation(m: Any, instead: str) -> None:
+    """Says that a result has nothing of the light that leaves at another wavelength, since no light is known."""
+    if m.exchanges:
+        text = (
+            f"{m!r:.60} fluoresces, and light that leaves at another wavelength than it arrived at is left out, for no "
+            f"light is known; expected m.under(E) in its place, as it is under light of a spectrum E, or {instead}; "
+            f"m.reradiation(wi, wo) has all of it"
+        )
+        warn(text, FluorescenceWarning)
 
 
 def of_bands(name: str, value: Any, m: Any) -> np.ndarray:

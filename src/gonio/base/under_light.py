@@ -4,7 +4,7 @@ wavelengths share."""
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -27,13 +27,15 @@ class _OverBands(Reflectance):
     Formulas know the numbers of their own channel alone. Those of all channels stand in a table here.
     """
 
-    of = part(Reflectance, None, "the fluorescent material")
+    of = part(Reflectance, None, "the fluorescent material", sides="any")
     channel = channels("number of the wavelength")
 
     varying: tuple[str, ...] = state(())
     """Paths of the numbers that differ by wavelength."""
     matrices: tuple[str, ...] = state(())
     """Paths of matrices between wavelengths."""
+    coats: tuple[str, ...] = state(())
+    """Paths of coats within which light goes to and fro."""
     bands: int = state(1)
     table: Any
     fluoresces = False
@@ -53,11 +55,17 @@ class _OverBands(Reflectance):
         matrices = [path for path, field, _, _ in self.of.walk() if isinstance(field, Exchange)]
         varying = [path for path, x in numbers.items() if np.size(x) > 1 and path not in matrices]
         matrices = [path for path in matrices if np.size(numbers[path]) > 1]
+        coats: list[str] = []
+        self.of._with_rounds(lambda path, _: coats.append(path))
+        self._hold(coats=tuple(coats))
         self._hold(varying=tuple(varying), matrices=tuple(matrices), bands=count, channel=np.arange(count, dtype=float))
         self._kept["table"] = Fixed(self._table)
 
     def _keep(self) -> dict[str, Fixed]:
         return super()._keep() | ({"table": Fixed(self._table)} if "bands" in self.__dict__ else {})
+
+    def _without_slopes(self, prefix: str = "") -> Iterator[str]:
+        return (f"{prefix}of.{path}" for path in self.coats)
 
     def _table(self) -> np.ndarray:
         """Rows of C: the weights of the wavelengths that are summed over, what varies, and matrices [summed, own]."""
@@ -65,8 +73,10 @@ class _OverBands(Reflectance):
         values = {path: (owner.__dict__[f.name], x) for path, f, x, owner in self.of._numbers()}
         rows += [values[path][1] for path in self.varying]
         for path in self.matrices:
-            between = Exchange.between(values[path][0])
-            rows += list(self._summed_first(between))
+            rows += list(self._summed_first(Exchange.between(values[path][0])))
+        found: dict[str, Any] = {}
+        self.of._with_rounds(lambda path, coat: found.setdefault(path, coat.to_and_fro(self.bands)))
+        rows += [row for path in self.coats for row in self._summed_first(found[path])]
         return np.concatenate(rows)
 
     @abstractmethod
@@ -94,8 +104,7 @@ class _OverBands(Reflectance):
 
         def chosen(path: str, field: Field, value: Any) -> Any:
             if path in self.matrices:
-                row = 1 + len(self.varying) + self.matrices.index(path) * self.bands + band
-                return ops.take(self.table, ops.to_index(self.channel + float(row * self.bands)))
+                return self._between(self.matrices.index(path), band)
             if isinstance(field, Exchange):
                 return 0.0
             if summed and path in self.varying:
@@ -103,7 +112,12 @@ class _OverBands(Reflectance):
             return value
 
         made: Reflectance = self.of.rebuilt(chosen)
-        return made
+        return made._with_rounds(lambda path, _: self._between(len(self.matrices) + self.coats.index(path), band))
+
+    def _between(self, matrix: int, band: int) -> Any:
+        """The element of a matrix of the table for this channel and a band that is summed."""
+        row = 1 + len(self.varying) + matrix * self.bands + band
+        return ops.take(self.table, ops.to_index(self.channel + float(row * self.bands)))
 
 
 class UnderLight(_OverBands):
@@ -136,6 +150,13 @@ class UnderLight(_OverBands):
 
     light = param(1.0, 0.0, 1e30, "spectrum of the light: irradiance per band, in any unit")
     seen = param(1.0, 1e-30, 1e30, "spectrum of the light for which f is")
+
+    def validate(self) -> None:
+        if self.of.sides != "front" and not isinstance(self, _Glow):
+            raise ParameterError(
+                f"UnderLight(of={self.of!r:.60}): transmits light; expected a reflectance lit and seen in front only"
+            )
+        super().validate()
 
     @inferred
     def channel_names(self) -> tuple[Any, ...] | None:
@@ -173,9 +194,14 @@ class UnderLight(_OverBands):
 
 
 class _Glow(UnderLight):
-    """The light of other wavelengths."""
+    """The light of other wavelengths, which leaves in front."""
 
-    lobes = Reflectance.lobes
+    lobes, polarized, polarizes = Reflectance.lobes, Reflectance.polarized, False  # type: ignore[assignment]
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self._total(wi, wo) / self.seen
+
+
+def glow(m: Reflectance, light: Any, seen: Any) -> Reflectance:
+    """What a material re-radiates under light, irradiances (C,) of its bands, over those of the light `seen` (C,)."""
+    return _Glow(m, light, seen)

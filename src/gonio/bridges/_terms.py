@@ -45,8 +45,12 @@ def refusal(m: Reflectance, program: str, holds: str, instead: str) -> Parameter
 
 
 def require_plain(m: Reflectance, program: str) -> None:
-    """Raises ParameterError for maps and textures, and for channels that are neither RGB nor wavelengths."""
+    """Raises ParameterError for maps and textures, for what fluoresces, and for channels that are neither RGB nor
+    wavelengths."""
     require_numbers(m, program)
+    if m.fluoresces:
+        rule = "and light keeps its wavelength there; expected an ordinary material: m.under(light)"
+        raise ParameterError(f"{m!r:.60}: fluoresces, {rule}, for {program}")
     for path, p in m.parameters.items():
         if np.ndim(p.value) > 1:
             raise ParameterError(f"{m!r:.60}: {path} is a map; expected a number or one per channel for {program}")

@@ -50,6 +50,8 @@ def facts_as_text(facts: dict[str, Any]) -> str:
     rows += [(name, _within(off)) for name, off in facts.get("symmetry", {}).items()]
     if facts["has_delta"]:
         rows.append(("mirror", "has a delta lobe: f is 0 pointwise, sampling and integrals are exact"))
+    if "fluorescence" in facts:
+        rows.append(("fluoresces", facts["fluorescence"]))
     rows += labelled("may break", facts["breaks"])
     if "source" in facts:
         rows.append(("source", facts["source"]))

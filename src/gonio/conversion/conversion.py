@@ -16,8 +16,9 @@ from ..arguments import checked
 from ..base.measured import Measured
 from ..base.provenance import ORIGIN, in_words
 from ..base.reflectance import Reflectance
-from ..formats import load, save, writer
+from ..formats import load, write, writer
 from ..formats._options import options as options_of
+from ..integrals.photons import exchanged_in_words
 from ..models._quarters import QUARTERS, quarters
 from ..models.lambertian import Lambertian
 from ..notebooks import repr_html
@@ -134,12 +135,14 @@ def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, 
     """
     path = Path(path)
     module = writer(path, format)
-    save(m, path, module.NAME, **options)
+    write(m, path, module, options)
     made = load(path, **({"side": "both"} if m.sides != "front" and "side" in options_of(module.read) else {}))
     names = _names(m), _names(made)
     compared = _colours(*names) or _common(*names) or _in_order(*names)
     pairs = _quarters(m, made)
     lost, gained = map(_told_together, zip(*(_differences(*pair) for pair in pairs.values()), strict=True))
+    if m.exchanges and not made.exchanges:
+        lost["re-radiation"] = exchanged_in_words(m)
     errors = [resampling_error(*pair, *compared) for pair in pairs.values()] if compared else []
     return Conversion(
         material=repr(m),

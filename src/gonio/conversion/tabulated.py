@@ -12,6 +12,7 @@ from ..arguments import checked
 from ..base.measured import tabular_shape
 from ..base.provenance import derived
 from ..base.reflectance import Reflectance
+from ..base.reradiation import warn_of_reradiation
 from ..errors import ParameterError
 from ..formula.state import note
 from ..models._quarters import quarters, sheet_of
@@ -59,14 +60,16 @@ def tabulate(
 
     `resolution`: nodes along each axis. `anisotropic`: whether the table has a fourth axis, by default if the material
     needs one. `channels`: numbers of the channels of the table, by default all. Holes of a measurement are filled from
-    their neighbours. What transmits, or has two sides, becomes a `Sheet` of tables. Raises ParameterError for a
-    material with a delta lobe or with maps, which no table can hold.
+    their neighbours. What transmits, or has two sides, becomes a `Sheet` of tables. Of fluorescence a table holds f
+    alone, and a FluorescenceWarning says so. Raises ParameterError for a material with a delta lobe or with maps, which
+    no table can hold.
 
     Example
     >>> table = gn.tabulate(gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5)))
     >>> print(table.parameterisation, table.stored.shape)
     half_difference (90, 46, 36)
     """
+    warn_of_reradiation(m, "gn.save(m, 'm.json')")
     if m.sides != "front":
         named: dict[str, Any] = {"resolution": resolution, "anisotropic": anisotropic, "channels": channels}
         return sheet_of({q: tabulate(part, parameterisation, **named) for q, part in quarters(m).items()})

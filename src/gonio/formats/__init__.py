@@ -4,7 +4,8 @@ A format's module has NAME, SUFFIXES, DESCRIPTION, `matches(head, size)`, `read(
 `write(m, path)`. Their other parameters are options, declared in the signature (see `_options`). ORACLE says what the
 format was checked against. SHARED_SUFFIX = True: a suffix is another format's too, and saving needs `format`. A format
 whose files are folders has `matches_folder(path)` and `target(path)` (see `files`). TRANSMITS = True: it can hold
-transmission, or reflection of both sides (see `_sides`). A module is found by being in this folder. A format whose
+transmission, or reflection of both sides (see `_sides`). FLUORESCES = True: it holds light that leaves at another
+wavelength than it arrived at, which others lose. A module is found by being in this folder. A format whose
 files can have any names of columns has `readable(head)`, whether a file may be one, and `refusal(path)`, why it is none
 or None; its options choose it where no other format has them.
 
@@ -29,8 +30,9 @@ from ..base import provenance
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
-from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
+from ..errors import FluorescenceWarning, FormatError, NotFoundError, ParameterError, TooLargeError, warn
 from ..formula.state import freeze
+from ..integrals.photons import exchanged_in_words
 from ..models.sheet import Sheet
 from ..pictures.image import SUFFIXES as PICTURES
 from . import _options, _sides
@@ -157,7 +159,8 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
     `options` are those of the format: `gonio formats NAME` lists them. A failed or interrupted write leaves an existing
     file as it was. Raises ParameterError for a suffix of no format, or of several, without `format`, for unknown
     options and values out of their bounds, for a material that the format cannot hold, and for a `path` that may not be
-    replaced; WriteError where the system refuses, as on a full disk.
+    replaced; WriteError where the system refuses, as on a full disk. A FluorescenceWarning says how much light is lost
+    where the material fluoresces and the format holds no matrix.
 
     Example
     >>> gn.save(gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1)), "paint.json")
@@ -165,6 +168,15 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
     Lambertian(rho=0.2)
     """
     module = writer(path, format)
+    write(m, path, module, options)
+    if m.exchanges and not getattr(module, "FLUORESCES", False):
+        able = " or ".join(x.NAME for x in formats() if getattr(x, "FLUORESCES", False))
+        text = f"{path}: {module.NAME} holds no light that leaves at another wavelength than it arrived at, and of"
+        warn(f"{text} {m!r:.60} that is lost: {exchanged_in_words(m)}; expected {able}", FluorescenceWarning)
+
+
+def write(m: Reflectance, path: str | os.PathLike, module: ModuleType, options: dict[str, Any]) -> None:
+    """`save` in the format of a module, without a word about what it loses."""
     options = _options.checked(module, "write", options)
     _sides.refuse(m, module, formats())
     target(module, path)  # before any computation

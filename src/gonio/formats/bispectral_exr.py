@@ -28,6 +28,7 @@ from ._options import Declared
 NAME = "bispectral EXR"
 SUFFIXES = (".exr",)
 SHARED_SUFFIX = True
+FLUORESCES = True
 DESCRIPTION = "fluorescent pictures: Donaldson's matrix of each pixel (Fichet et al. 2021)"
 ORACLE = "one real file (colour-science)"
 

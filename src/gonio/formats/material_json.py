@@ -15,6 +15,7 @@ NAME = "gonio JSON"
 SUFFIXES = (".json",)
 DESCRIPTION = "a model and its parameters"
 TRANSMITS = True
+FLUORESCES = True
 ORACLE = "round trip: the format is gonio's own"
 
 

@@ -79,6 +79,12 @@ class Exchange(Numbers):
         return found
 
 
+class Entire(Exchange):
+    """A matrix of which `reradiated` has the diagonal too: light that comes back to the wavelength that it had."""
+
+    between = staticmethod(lambda value: value)
+
+
 def exchange(doc: str, default: Any = 0.5) -> Any:
     """A matrix (C, C) between wavelengths, for fluorescence: column i is what leaves of light that arrives at the
     wavelength i.

@@ -6,18 +6,19 @@ from typing import Any
 
 from ..arguments import checked
 from ..base.reflectance import Reflectance
-from .albedo import albedo
+from .fate import leaving
 from .over_hemisphere import Integral
 from .scattered_once import tell_of_lost_light
-from .transmittance import transmittance
 
 
 @checked
 def absorptance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
     """The fraction of light from wi that is absorbed, 1 - reflected - transmitted.
 
-    In thermal equilibrium it is the emissivity towards wi. Light that facets scatter twice is lost by models of single
-    scattering, such as `Microfacet`, and counts as absorbed: a LeftOutWarning says of which part, and how much.
+    Light that facets scatter twice is lost by models of single scattering, such as `Microfacet`, and counts as
+    absorbed: a LeftOutWarning says of which part, and how much. In thermal equilibrium the fraction is the emissivity
+    towards wi. It is energy, by the wavelength that arrives, as in `fate`: what fluorescence sends out again is not
+    absorbed, and of what fluoresces it is no emissivity.
 
     Shapes   wi: (..., 3), above or below the surface; result (...[, C]), or with `error` an `Integral` of it and (...).
     Units    1.
@@ -29,7 +30,5 @@ def absorptance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = 
     0.7
     """
     tell_of_lost_light("absorptance", m, wi)
-    if not error:
-        return 1.0 - albedo(m, wi, tolerance) - transmittance(m, wi, tolerance)
-    R, T = albedo(m, wi, tolerance, error=True), transmittance(m, wi, tolerance, error=True)
-    return Integral(1.0 - R.value - T.value, R.error + T.error)
+    R, T = leaving(m, wi, tolerance, error)
+    return Integral(1.0 - R.value - T.value, R.error + T.error) if error else 1.0 - R - T

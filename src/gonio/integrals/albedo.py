@@ -11,11 +11,12 @@ from ..arguments import checked
 from ..arrays import ops
 from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
+from ..base.reradiation import warn_of_reradiation
 from ..errors import ParameterError, ShapeError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
 from . import by_arrays
-from .nine import reflectance
+from .nine import kept_reflectance
 from .over_hemisphere import integrate
 
 
@@ -24,7 +25,9 @@ from .over_hemisphere import integrate
 def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
     """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
 
-    rho(wi) = integral of f(wi, wo) cos(theta_o) dwo, delta lobes included exactly.
+    rho(wi) = integral of f(wi, wo) cos(theta_o) dwo, delta lobes included exactly. Light that fluorescence sends out at
+    another wavelength is not in f: a FluorescenceWarning says so. Under light of a spectrum E it is in the albedo of
+    `m.under(E)`, and without one in `photon_albedo` and `fate`.
 
     Shapes   wi: (..., 3) NumPy array; result (...[, C]), or with `error` an `Integral` of it and (...).
     Units    1.
@@ -44,6 +47,13 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
     >>> print(gn.albedo(m, gn.direction([0.0, 1.3], 0.0)).round(4))
     [0.3396 0.4903]
     """
+    warn_of_reradiation(m, "gn.photon_albedo(m, wi)")
+    return kept_albedo(m, wi, tolerance, error)
+
+
+@takes_labels("wi")
+def kept_albedo(m: Reflectance, wi: Any, tolerance: float, error: bool = False) -> Any:
+    """The albedo of f: of fluorescence without the light that leaves at another wavelength."""
     lib, (wi,) = ops.as_arrays(wi)
     if lib.name in ("torch", "jax"):
         if error:
@@ -70,7 +80,8 @@ def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: floa
     [0.1592 0.1703]
     """
     check_angle("theta", theta, 0.0, 0.5 * math.pi)
-    return albedo(m, direction(theta, phi), tolerance)
+    warn_of_reradiation(m, "gn.photon_albedo(m, wi)")
+    return kept_albedo(m, direction(theta, phi), tolerance)
 
 
 @takes_labels()
@@ -87,7 +98,8 @@ def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     >>> print(gn.white_sky_albedo(gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)).round(4))
     0.1776
     """
-    return reflectance(m, tolerance=tolerance)
+    warn_of_reradiation(m, "gn.photon_albedo(m, wi)")
+    return kept_reflectance(m, tolerance)
 
 
 def _share(fraction: Any) -> Any:
@@ -128,7 +140,9 @@ def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any 
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
     shapes = [*map(np.shape, (theta, phi, d)), batch.full_shape(m, ())]
     ops.broadcast_shape(shapes, "theta, phi, diffuse_fraction and parameters")
-    black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
+    check_angle("theta", theta, 0.0, 0.5 * math.pi)
+    warn_of_reradiation(m, "gn.photon_albedo(m, wi)")
+    black, white = kept_albedo(m, direction(theta, phi), tolerance), kept_reflectance(m, tolerance)
     if m.channels is not None:
         d = d[..., None]
     like = next((x for x in (black, white, d) if ops.library(x).name != "numpy"), None)

@@ -9,7 +9,9 @@ import numpy as np
 from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..notebooks import repr_html
-from .albedo import albedo
+from .albedo import kept_albedo
+from .over_hemisphere import Integral
+from .photons import reradiated_energy
 from .scattered_once import tell_of_lost_light
 from .transmittance import transmittance
 
@@ -42,7 +44,8 @@ class Fate(NamedTuple):
 def fate(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Fate:
     """What becomes of light from wi: the fractions reflected, transmitted and absorbed.
 
-    Light that a model loses (facets that scatter twice) counts as absorbed, with a LeftOutWarning.
+    Light that a model loses (facets that scatter twice) counts as absorbed, with a LeftOutWarning. Fractions are of
+    energy, by the wavelength that arrives: what fluorescence sends out again, at any wavelength, is reflected.
 
     Shapes   wi: (..., 3), above or below the surface; each (...[, C]).
     Units    1.
@@ -53,7 +56,20 @@ def fate(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Fate:
     >>> leaf = gn.Lambertian(0.1) + gn.DiffuseTransmission(0.2)
     >>> print(*(x.round(3) for x in gn.fate(leaf, [0, 0, 1])))
     0.1 0.2 0.7
+    >>> ink = gn.Donaldson([[0.2, 0.0], [0.3, 0.6]], wavelengths=[400.0, 550.0])
+    >>> print(gn.fate(ink, [0, 0, 1]).absorbed.round(3))  # gn.photon_albedo counts photons
+    [0.5 0.4]
     """
     tell_of_lost_light("fate", m, wi)
-    R, T = albedo(m, wi, tolerance), transmittance(m, wi, tolerance)
+    R, T = leaving(m, wi, tolerance)
     return Fate(R, T, 1.0 - R - T)
+
+
+def leaving(m: Reflectance, wi: Any, tolerance: float, error: bool = False) -> Any:
+    """The fractions of the energy of light from wi that leave to its side, at all wavelengths, and to the other one;
+    with `error` both as `Integral`."""
+    R, T = kept_albedo(m, wi, tolerance, error=error), transmittance(m, wi, tolerance, error=error)
+    if not m.exchanges:
+        return R, T
+    sent = reradiated_energy(m, wi, tolerance, error=error)
+    return Integral(R.value + sent.value, R.error + sent.error) if error else R + sent, T

@@ -29,6 +29,7 @@ from ..numerics.quadrature import Integrals
 from ..pictures.colour import transformed
 from .by_arrays import reflected
 from .cones import Hemisphere
+from .glows import glows, widths
 from .over_directions import Radiance
 from .over_hemisphere import Integral, integrate, mean_radiance
 from .places import Places
@@ -53,7 +54,9 @@ def reflected_radiance(
     """Radiance leaving towards wo under the given lights, without occlusion.
 
     L_o = sum over point sources of E f cos+ + integral of L_i f cos+ over the hemisphere for the other lights; for a
-    material that transmits |cos| over the sphere, and wo may be behind the surface.
+    material that transmits |cos| over the sphere, and wo may be behind the surface. Of a material that fluoresces
+    the light of other wavelengths is added, L_o = sum_i F[o, i] E_i: a light's number is then that of a band, of light
+    without channels the same for all; of a `gn.Spectrum` it is the power per nanometre.
 
     Shapes   wo, normal, tangent, position: (..., 3) in the world frame, broadcast; result (..., C), or (...) where
              neither the lights nor the reflectance have a channel axis. NumPy, PyTorch or JAX arrays. `tangent` is
@@ -76,7 +79,8 @@ def reflected_radiance(
     >>> print(gn.reflected_radiance(gn.Lambertian(0.5), [sun, sky], up, normal=up).round(2))
     141.74
     """
-    lights = at_wavelengths(as_lights(lights), m)
+    given = as_lights(lights)
+    lights = at_wavelengths(given, m)
     wo = _joined(wo, lights)
     lib, (wo, normal, tangent, position) = vectors(wo=wo, normal=normal, tangent=tangent, position=position)
     if lib.channel_loop:
@@ -92,15 +96,19 @@ def reflected_radiance(
     local_wo = local.to_local(lib, wo)
     for light in lights:
         light.check_position(position)
-    fields = [light for light in lights if not light.is_delta]
-    parts = [delta_radiance(m, light, local, local_wo, position) for light in lights if light.is_delta]
+    for light in lights:
+        if not light.is_delta:
+            check_channels(m.channels or 1, light, light.in_numpy().incident(_UP).shape[-1])
+    glowing = glows(m, lights, widths(m) if m.exchanges and any(map(has_spectra, given)) else None)
+    lit = [(m, light) for light in lights] + [(glow, light) for glow, several in glowing for light in several]
+    parts = [delta_radiance(x, light, local, local_wo, position) for x, light in lit if light.is_delta]
+    fields = [(x, light) for x, light in lit if not light.is_delta]
     variance: Any = np.zeros(shape)
-    for light in fields:
-        check_channels(m.channels or 1, light, light.in_numpy().incident(_UP).shape[-1])
-        lambertian, rest = _divided(m)
+    for whole, light in fields:
+        lambertian, rest = _divided(whole)
         E = light.irradiance_at(position, lib.stack(local.n)) if lambertian else None
         if E is None:
-            rest = m
+            rest = whole
         else:
             parts += [_of_lambertian(weight, lobe, local_wo) * E for weight, lobe in lambertian]
         if rest is None:

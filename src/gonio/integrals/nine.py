@@ -12,6 +12,7 @@ from ..arguments import checked
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance, lobes_on
+from ..base.reradiation import warn_of_reradiation
 from ..errors import ParameterError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
@@ -19,6 +20,7 @@ from ..numerics.quadrature import Integrals
 from .cones import Cone, Hemisphere
 from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under
+from .glows import taken_apart
 from .illumination import as_lights, have_channels
 from .over_hemisphere import Integral, check_tolerance, directions, in_double, report
 from .places import Places
@@ -70,7 +72,7 @@ def reflectance(
             "reflectance(collected=...): got a direction, which collects infinitely little light; expected Cone or "
             "Hemisphere; reflectance_factor takes directions on both sides"
         )
-    R = _factor(m, incident, to, sky, tolerance)
+    R = _factor(_lit(m, sky), incident, to, sky, tolerance)
     share = to.projected / math.pi
     return Integral(R.value * share, R.error * share) if error else R.value * share
 
@@ -116,8 +118,26 @@ def reflectance_factor(
     >>> print(gn.reflectance_factor(glossy, gn.Hemisphere(), [0, 0, 1]).round(4))
     0.3396
     """
-    R = _factor(m, incident, _geometry("collected", collected), sky, tolerance)
+    R = _factor(_lit(m, sky), incident, _geometry("collected", collected), sky, tolerance)
     return R if error else R.value
+
+
+def _lit(m: Reflectance, sky: Any) -> Reflectance:
+    """A material that fluoresces as it is under a sky of one spectrum; others as they are."""
+    if sky is None or not m.exchanges:
+        warn_of_reradiation(m, "gn.reflectance(m, sky=light)")
+        return m
+    spectra = [s for light in as_lights(sky) for s, _ in taken_apart(light.in_numpy(), m.channels or 1)]
+    first = spectra[0] / max(spectra[0].max(), 1e-300)
+    if any(np.abs(s / max(s.max(), 1e-300) - first).max() > 1e-9 for s in spectra):
+        rule = "a factor of fluorescence is that under light of one spectrum; expected such a sky"
+        raise ParameterError(f"sky={sky!r:.60}: its spectrum changes with direction, and {rule}, or m.under(E)")
+    return m.under(first)
+
+
+def kept_reflectance(m: Reflectance, tolerance: float) -> Any:
+    """The bihemispherical reflectance of f: of fluorescence without the light that leaves at another wavelength."""
+    return _factor(m, Hemisphere(), Hemisphere(), None, tolerance).value
 
 
 def _geometry(name: str, value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Photons: of fluorescence, how many leave for each that arrives."""
+"""What leaves of light of each wavelength, at all wavelengths together: the photons, or the energy."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..base.under_light import _OverBands
 from ..errors import ParameterError
+from ..evaluate.labelled import takes_labels
 from ..formula.direction import Direction
-from ..formula.fields import wavelengths
-from .over_hemisphere import integrate
+from ..formula.fields import param
+from .albedo import kept_albedo
+from .over_hemisphere import Integral, directions, integrate
 
 
 @checked
@@ -49,17 +51,37 @@ def counted(m: Reflectance) -> Reflectance:
             f"photons of {m!r:.60}: its wavelengths are not known, and photons of long ones have less energy; expected "
             f"m.with_channels(wavelengths) [nm]"
         )
-    return _Photons(of=m, wavelength=m.wavelengths)
+    return _Leaving(of=m, worth=m.wavelengths)
 
 
-class _Photons(_OverBands):
-    """Photons that leave at all wavelengths, for those that arrive at this channel's: per steradian, without the
-    cosine."""
+@takes_labels("wi")
+def reradiated_energy(m: Reflectance, wi: Any, tolerance: float, error: bool) -> Any:
+    """The energy that is re-radiated, at all wavelengths together, over that of light from wi, by its wavelength: 0 of
+    light from behind."""
+    wi = directions(wi, True)
+    in_front = np.where(wi[..., 2:] > 0.0, wi, [0.0, 0.0, 1.0]).astype(wi.dtype)
+    R = integrate(_Leaving(of=m, worth=1.0).sent(), in_front, tolerance, error=True)
+    value = np.where(wi[..., 2:] > 0.0, R.value, 0.0)
+    return Integral(value, R.error) if error else value
 
-    wavelength = wavelengths()
+
+def exchanged_in_words(m: Reflectance) -> str:
+    """How much of the light that arrives along the normal leaves at another wavelength."""
+    up = np.array([0.0, 0.0, 1.0])
+    sent, kept = reradiated_energy(m, up, 1e-3, False), np.broadcast_to(kept_albedo(m, up, 1e-3), m.channels)
+    most = int(np.argmax(sent))
+    where = f"in channel {most}" if m.wavelengths is None else f"at {m.wavelengths[most]:g} nm"
+    share = sent.sum() / max(float((sent + kept).sum()), 1e-300)
+    return f"{sent[most]:.0%} of what arrives {where}, {share:.0%} of all that leaves of light of all wavelengths alike"
+
+
+class _Leaving(_OverBands):
+    """What leaves at all wavelengths, over what arrives at this channel's: per steradian, without the cosine."""
+
+    worth = param(1.0, 0.0, 1e30, "of how much a unit of energy counts, by wavelength: photons by the wavelength")
 
     def _weights(self) -> Any:
-        return self.wavelength
+        return self.worth
 
     def _summed_first(self, matrix: np.ndarray) -> np.ndarray:
         return matrix
@@ -68,17 +90,21 @@ class _Photons(_OverBands):
         return summed, own
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.of.formula(wi, wo) + self._total(wi, wo) / self.wavelength
+        return self.of.formula(wi, wo) + self._total(wi, wo) / self.worth
 
     def lobes(self) -> Any:
         yield from self.of.lobes()
-        yield 1.0, _Sent._made_of(self.__dict__, {"_derived": {}, "_alike": {}})
+        yield 1.0, self.sent()
+
+    def sent(self) -> Reflectance:
+        """What leaves at other wavelengths than it arrived at."""
+        return _Sent._made_of(self.__dict__, {"_derived": {}, "_alike": {}})
 
 
-class _Sent(_Photons):
-    """Those of other wavelengths."""
+class _Sent(_Leaving):
+    """What leaves at other wavelengths than it arrived at."""
 
     lobes = Reflectance.lobes
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self._total(wi, wo) / self.wavelength
+        return self._total(wi, wo) / self.worth

@@ -47,6 +47,7 @@ class Radiosity:
         self,
         patches: Patches,
         albedo: np.ndarray,
+        energy: np.ndarray,
         exitance: np.ndarray,
         radiosity: np.ndarray,
         irradiance: np.ndarray,
@@ -56,7 +57,7 @@ class Radiosity:
         if not isinstance(patches, Patches):
             raise ParameterError(f"Radiosity({shown(patches)}, ...): made by gn.radiosity(scene); call that")
         self._patches, self._operator, self._names = patches, operator, channel_names
-        self.corners, self.part = patches.corners, patches.part
+        self.corners, self.part, self._energy = patches.corners, patches.part, energy
         self.albedo, self.exitance, self.radiosity, self.irradiance = albedo, exitance, radiosity, irradiance
 
     def __repr__(self) -> str:
@@ -94,7 +95,7 @@ class Radiosity:
     @cached_property
     def balance(self) -> np.ndarray:
         """What fronts and backs absorb, over what is emitted, (C,): in a closed scene 1, but for the rays; less where
-        light leaves it, which `escaped` says.
+        light leaves it, which `escaped` says. Where light changes its wavelength, of all channels together.
 
         Example
         >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
@@ -106,7 +107,7 @@ class Radiosity:
         """
         area = self._patches.areas[:, None]
         on_backs = 1.0 - self._operator.rows - self._operator.escaping
-        return self._of_emitted(area * ((1.0 - self.albedo) * self.irradiance + on_backs[:, None] * self.radiosity))
+        return self._of_emitted(area * ((1.0 - self._energy) * self.irradiance + on_backs[:, None] * self.radiosity))
 
     @cached_property
     def escaped(self) -> np.ndarray:
@@ -126,8 +127,10 @@ class Radiosity:
 
     def _of_emitted(self, power: np.ndarray) -> np.ndarray:
         """The sum over patches, over what is emitted, (C,)."""
-        emitted = np.sum(self._patches.areas[:, None] * self.exitance, axis=0)
-        return np.sum(power, axis=0) / np.where(emitted > 0.0, emitted, 1.0)
+        power, emitted = power.sum(axis=0), np.sum(self._patches.areas[:, None] * self.exitance, axis=0)
+        if (self._energy != self.albedo).any():
+            power, emitted = (np.full(len(x), x.sum()) for x in (power, emitted))
+        return power / np.where(emitted > 0.0, emitted, 1.0)
 
     @cached_property
     def reciprocity(self) -> float:

@@ -9,9 +9,10 @@ import numpy as np
 
 from ..arguments import checked
 from ..base.reflectance import Reflectance
+from ..base.under_light import glow
 from ..errors import LeftOutWarning, ParameterError, ShapeError, ToleranceWarning, TooLargeError, shown, warn
 from ..formula.text import listed
-from ..integrals.albedo import white_sky_albedo
+from ..integrals.nine import kept_reflectance
 from ..models.lambertian import Lambertian
 from ..numerics.lattice import lattice
 from ..scenes.left_out import lets_through
@@ -54,11 +55,30 @@ FIRST = 0.35
 
 
 class Surface(NamedTuple):
-    """Albedo and exitance (n, C) of patches, and the exitance that is no lamp's (n, C)."""
+    """Albedo and exitance (n, C) of patches, the exitance that is no lamp's (n, C), the parts (n,) that they are of,
+    and what parts re-radiate, by number: matrices (C, C), the wavelength that leaves first."""
 
     albedo: np.ndarray
     exitance: np.ndarray
     spread_out: np.ndarray
+    part: np.ndarray
+    sent: dict[int, np.ndarray]
+
+    def reflected(self, arriving: np.ndarray) -> np.ndarray:
+        """What leaves of light (n, C) that arrives."""
+        leaving: np.ndarray = self.albedo * arriving
+        for number, matrix in self.sent.items():
+            here = self.part == number
+            leaving[here] += arriving[here] @ matrix.T
+        return leaving
+
+    @property
+    def energy(self) -> np.ndarray:
+        """The share (n, C) of the energy that leaves, of light of each wavelength that arrives."""
+        share = self.albedo.copy()
+        for number, matrix in self.sent.items():
+            share[self.part == number] += matrix.sum(axis=0)
+        return share
 
 
 @checked
@@ -74,8 +94,9 @@ def radiosity(
 
     Materials count as Lambertian with their white-sky albedo, which is exact for `gn.Lambertian`; of others, which
     shine or transmit light, a LeftOutWarning names the parts. Their channels (RGB, or wavelengths) are those of the
-    result. All faces are divided into `patches` triangles, most of them where the light changes most. Fronts reflect
-    and emit; backs are black. Parts that emit are the only `lights`.
+    result; of what fluoresces ρ is a matrix, which exchanges the light of whole bands: channels of `exitance` are then
+    those. All faces are divided into `patches` triangles, most of them where the light changes most. Fronts reflect and
+    emit; backs are black. Parts that emit are the only `lights`.
 
     `method`: "rays", form factors by rays, for any number of patches; "dense", those of all pairs in closed form, times
     what rays see, up to 5000 patches; "auto" takes the second up to 200. Light of lamps (faces that emit, up to 64,
@@ -122,12 +143,13 @@ def radiosity(
     materials = _materials(scene)
     albedo, exitance = _of_parts(scene, materials)
     _tell_of_shine(materials)
+    sent = {number: _sent(number, m) for number, m in enumerate(materials) if m.exchanges}
     rays = int(np.clip(np.ceil(5.12 / tolerance), 16, 1 << 14))
     corners, is_lamp, strength = whole.corners, *_lamps(whole, exitance)
 
     def surface(of: Patches) -> Surface:
         spread = np.where(is_lamp[of.face, None], 0.0, exitance[of.part])
-        return Surface(albedo[of.part], exitance[of.part], spread)
+        return Surface(albedo[of.part], exitance[of.part], spread, of.part, sent)
 
     def light_on(of: Patches, shadow_rays: int) -> tuple[np.ndarray, np.ndarray]:
         return from_lamps(of, corners[is_lamp], strength, shadow_rays)
@@ -140,9 +162,9 @@ def radiosity(
             direct, uneven = light_on(divided, SHADOW_RAYS)
             rough = ByRays(divided, min(rays, RAYS))
             on = surface(divided)
-            reflected = source = on.spread_out + on.albedo * direct
+            reflected = source = on.spread_out + on.reflected(direct)
             for _ in range(BOUNCES):
-                reflected = source + on.albedo * rough(reflected)
+                reflected = source + on.reflected(rough(reflected))
             uneven = divided.areas * (uneven + rough.spread(reflected.mean(axis=1)))
             more = (count - len(divided)) // (3 * (ROUNDS - step))
             worst = np.argsort(-uneven, kind="stable")[:more]
@@ -153,7 +175,7 @@ def radiosity(
 
     file = None
     if checkpoint is not None:
-        file = Checkpoint(checkpoint, whole, count, dense, rays, albedo, exitance)
+        file = Checkpoint(checkpoint, whole, count, dense, rays, albedo, exitance, *sent.values())
     begun = None if file is None else file.read()
     if begun is None:
         divided = where_it_changes(divided)
@@ -174,7 +196,14 @@ def radiosity(
     reflected, arriving = _solve(operator, on, direct)
     names = next((material.channel_names for material in materials if material.channels), None)
     light = Radiosity(
-        divided.world, on.albedo, on.exitance, on.exitance - on.spread_out + reflected, arriving, operator, names
+        divided.world,
+        on.albedo,
+        on.energy,
+        on.exitance,
+        on.exitance - on.spread_out + reflected,
+        arriving,
+        operator,
+        names,
     )
     _warn_of_leaks(light, divided)
     return light
@@ -220,7 +249,7 @@ def _tell_of_shine(materials: list[Reflectance]) -> None:
 
 def _of_parts(scene: Scene, materials: list[Reflectance]) -> tuple[np.ndarray, np.ndarray]:
     """Albedo and exitance (P, C) of the parts."""
-    albedos: list[Any] = [np.atleast_1d(white_sky_albedo(material)) for material in materials]
+    albedos: list[Any] = [np.atleast_1d(kept_reflectance(material, 1e-4)) for material in materials]
     exitances: list[Any] = [np.atleast_1d(part.exitance) for part in scene.parts]
     channels = max(x.size for x in albedos + exitances)
     for number, x in enumerate(albedos + exitances):
@@ -239,6 +268,19 @@ def _of_parts(scene: Scene, materials: list[Reflectance]) -> tuple[np.ndarray, n
     return np.minimum(albedo, 1.0), exitance
 
 
+def _sent(number: int, m: Reflectance) -> np.ndarray:
+    """What a part re-radiates of light of equal radiance from everywhere, (C, C), the wavelength that leaves first.
+
+    Raises ParameterError where that is more energy than arrives.
+    """
+    found = np.stack([kept_reflectance(glow(m, one, 1.0), 1e-4) for one in np.eye(m.channels or 1)], axis=-1)
+    most = float((found.sum(axis=0) + kept_reflectance(m, 1e-4)).max())
+    if most > 1.0 + 1e-6:
+        rule = "expected at most 1: gn.check(material)"
+        raise ParameterError(f"part {number} sends back {most:.4g} of the energy of a wavelength, {rule}")
+    return found
+
+
 def _lamps(faces: Patches, exitance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which faces are lamps (F,), and what they send out (L, C)."""
     emits = exitance[faces.part].any(axis=1)
@@ -250,11 +292,11 @@ def _lamps(faces: Patches, exitance: np.ndarray) -> tuple[np.ndarray, np.ndarray
 def _solve(operator: ByRays | Dense, on: Surface, direct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Radiosity but for lamps' exitance, and irradiance, (n, C): B = M + ρ (E + F B), E the light of lamps."""
     shape = on.albedo.shape
-    source = (on.spread_out + on.albedo * direct).reshape(-1)
+    source = (on.spread_out + on.reflected(direct)).reshape(-1)
 
     def apply(x: np.ndarray) -> np.ndarray:
         b = x.reshape(shape)
-        return (b - on.albedo * operator(b)).reshape(-1)
+        return (b - on.reflected(operator(b))).reshape(-1)
 
     b = gmres(apply, source, source, RESIDUAL)
     if b is None:

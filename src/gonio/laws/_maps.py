@@ -14,7 +14,7 @@ from ..errors import NotFoundError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
 from ..formula.text import listed
-from ..integrals.albedo import albedo
+from ..integrals.albedo import kept_albedo
 from ..notebooks import repr_html
 from . import energy, reciprocity
 from ._probes import pairs
@@ -61,7 +61,7 @@ def _unreciprocal(m: Reflectance) -> Any:
 @takes_labels()
 def _largest_albedo(m: Reflectance) -> Any:
     """The largest albedo of each place."""
-    return np.max([albedo(m, direction(theta, 0.0), 5e-4) for theta in ANGLES], axis=0)
+    return np.max([kept_albedo(m, direction(theta, 0.0), 5e-4) for theta in ANGLES], axis=0)
 
 
 MEASURES: dict[str, tuple[Callable[[Any], Any], str, float]] = {

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..base.reradiation import along_normal
+from ..errors import ParameterError
 from ..formula.direction import HORIZON, NORMAL, Direction, select
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW
+from ..formula.exchange import Entire
 from ..formula.fields import option, param, part
 from ..formula.fresnel.dielectric import Dielectric, dielectric_transmittance
 from ..formula.mueller import Mueller, diattenuator, scaled_to
@@ -78,23 +81,51 @@ class _Coat(Wrapper):
         """Light refracts, and is absorbed, with the numbers of the wavelength that it has on its way in, and out."""
         ti, to = refracted(wi, light.eta), refracted(wo, self.eta)
         into, out = light.T(wi) * ops.exp(-light.tau / ti.z), self.T(wo) * ops.exp(-self.tau / to.z)
-        sent = self.base.reradiated(light.base, ti, to)
-        return into * light.again() * sent * self.again() * out / (self.eta * self.eta)
+        return into * self.sent(light, ti, to) * out / (self.eta * self.eta)
 
-    def again(self) -> Any:
-        """The light at a Lambertian base with what the coat sends back to it, over that without: 1/(1 - rho R)."""
-        if self.internal == "lost" or any(lobe.diffuse() is None for _, lobe in self.base.lobes()):
-            return 1.0
-        rho = ops.minimum(self.base.diffuse(), 1.0)
+    def sent(self, light: Any, ti: Direction, to: Direction) -> Any:
+        """What the base re-radiates under the coat."""
+        return self.base.reradiated(light.base, ti, to)
+
+    @abstractmethod
+    def over_dye(self) -> type[_OverDye]:
+        """Class of this coat over a dye that it sends light back to."""
+
+    def _with_rounds(self, matrix: Callable[[str, Any], Any], prefix: str = "") -> Any:
+        if self.internal == "lost" or not self.base.glows_evenly:
+            return super()._with_rounds(matrix, prefix)
         coat = {name: self.__dict__[name] for name in self.fields}
-        below = self.below().unchecked(**(coat | {"weight": 1.0, "rho": rho}))
-        return 1.0 / (1.0 - rho * below.R())
+        return self.over_dye().unchecked(**coat, rounds=matrix(prefix, self))
+
+    def to_and_fro(self, channels: int) -> Any:
+        """What leaves the base at a wavelength o of light that arrives there first at i, (..., C, C), but for the light
+        that was never re-radiated: [D (1 - R D)^-1]_oi - [o = i] rho_i/(1 - rho_i R_i), D the base's matrix."""
+        sent = math.pi * along_normal(self.base, channels)
+        albedo = self.base.diffuse()
+        rho = 0.0 if albedo is None else ops.minimum(albedo, 1.0)
+        coat = {name: self.__dict__[name] for name in self.fields}
+        R = self.below().unchecked(**(coat | {"weight": 1.0, "rho": rho})).R()
+        like = next((x for x in (sent, rho, R) if ops.library(x).name != "numpy"), np.ones(1))
+        lib = ops.library(like)
+        sent, rho, R = (x if ops.library(x) is lib else lib.convert(np.asarray(x, float), like) for x in (sent, rho, R))
+        one, flat, pairs = (lib.convert(x, like) for x in (np.eye(channels), np.ones(channels), np.ones(channels**2)))
+        sent, rho, R = sent * pairs, (rho * flat)[..., None], (R * flat)[..., None]
+        D = sent.reshape(*sent.shape[:-1], channels, channels) + rho * one
+        more = D @ lib.module.linalg.inv(one - R * D) - rho / (1.0 - rho * R) * one
+        known = lib.known(more)
+        if known is not None and not (known >= -1e-9).all():
+            raise ParameterError(
+                f"{type(self).__name__}: its base, {self.base!r:.60}, sends back more light than arrives, so that what "
+                f"goes to and fro under the coat grows without end; expected no more photons than arrive: "
+                f"gn.photon_albedo(base, wi)"
+            )
+        return more
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         yield 1.0, self.surface()
         albedo = self.base.diffuse()
         rho = 0.0 if albedo is None else ops.minimum(albedo, 1.0)
-        coat = {name: self.__dict__[name] for name in self.fields}
+        coat = {name: self.__dict__[name] for name in self.below().fields if name in self.fields}
         for weight, lobe in self.base.lobes():
             yield 1.0, self.below().unchecked(**(coat | {"base": lobe, "weight": weight, "rho": rho}))
 
@@ -114,9 +145,9 @@ class Coated(_Coat):
     a base that is nearly diffuse without being `Lambertian`, R = 0.6 of the reflected light is lost. "lost" leaves all
     of it out.
 
-    Fluorescence of the base passes the coat with the eta and tau of its wavelength on either way. The coat sends light
-    back to a Lambertian base before it is taken up, and after it is sent out; that the latter may excite once more is
-    left out.
+    Fluorescence of the base passes the coat with the eta and tau of its wavelength on either way. Of a base that glows
+    alike in all directions, with the matrix D, all goes to and fro that the coat sends back, and excites again:
+    F_oi = T_o [D (1 - R D)^-1]_oi T_i / (pi eta_o^2). What glows otherwise, as a glossy base, passes the coat once.
 
     Looks    `Coated(Lambertian([0.6, 0.1, 0.05]))` is varnished red: a mirror image of the surroundings over a deeper
              colour; with `tau=[0.1, 0.4, 1.5]` the varnish is amber.
@@ -138,6 +169,9 @@ class Coated(_Coat):
 
     def below(self) -> type[_Below]:
         return _BelowSmooth
+
+    def over_dye(self) -> type[_OverDye]:
+        return _SmoothOverDye
 
     def surface(self) -> Reflectance:
         return IdealSpecular.unchecked(reflectance=Dielectric.unchecked(eta=self.eta))
@@ -174,6 +208,9 @@ class RoughCoated(_Coat):
 
     def below(self) -> type[_Below]:
         return _BelowRough
+
+    def over_dye(self) -> type[_OverDye]:
+        return _RoughOverDye
 
     def surface(self) -> Reflectance:
         return ggx_mirrors(self.alpha, Dielectric.unchecked(eta=self.eta))
@@ -321,3 +358,20 @@ class _BelowRough(_Below, RoughCoated):
     """A lobe under the rough coat."""
 
     nodes = _panel(5, 2.0)
+
+
+class _OverDye(_Coat):
+    """A coat over a base that fluoresces alike in all directions, with what goes to and fro between them."""
+
+    rounds = Entire(0.0, "light of one band that leaves the base in another, however often it was there")
+
+    def sent(self, light: Any, ti: Direction, to: Direction) -> Any:
+        return self.rounds * (1.0 / math.pi)
+
+
+class _SmoothOverDye(_OverDye, Coated):
+    """A smooth coat."""
+
+
+class _RoughOverDye(_OverDye, RoughCoated):
+    """A rough coat."""

@@ -44,6 +44,10 @@ class Donaldson(Reflectance):
     matrix = exchange("share of the light of one band that leaves in another")
     shape = part(Reflectance, Lambertian(1.0), "where the light goes: a reflectance of albedo 1")
 
+    @property
+    def glows_evenly(self) -> bool:
+        return isinstance(self.shape, Lambertian)
+
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.matrix * self.shape.formula(wi, wo)
 

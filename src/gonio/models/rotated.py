@@ -87,6 +87,10 @@ class Rotated(Reframed):
         # Axes along increasing azimuth turn with the directions; at the pole, where the azimuth is 0, they do not.
         return _at_pole(wo, self.angle).transposed @ M @ _at_pole(wi, -self.angle)
 
+    @property
+    def glows_evenly(self) -> bool:
+        return bool(self.of.glows_evenly)
+
     def reradiated(self, light: Any, wi: Direction, wo: Direction) -> Any:
         return self.of.reradiated(light.of, light.light_within(wi), self.viewer_within(wo))
 

@@ -78,15 +78,22 @@ def srgb_decode(encoded: ArrayLike, knee: float = KNEE) -> NDArray[Any]:
 
 
 @cache
+def _tabulated() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Wavelengths [nm] (N,), the CIE 1931 colour-matching functions (N, 3), and the power of D65 (N,)."""
+    text = (resources.files("gonio") / "data" / "cie_1931_d65.tsv").read_text(encoding="utf-8")
+    rows = [line for line in text.splitlines() if not line.startswith("#")][1:]
+    wavelengths, *matching, power = np.array([row.split("\t") for row in rows], dtype=float).T
+    return wavelengths, np.stack(matching, -1), power
+
+
+@cache
 def observer() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Wavelengths [nm] (N,), and the CIE 1931 colour-matching functions x, y, z times the power of D65 there (N, 3).
 
     Scaled so that their sum, which is their integral by straight lines, is `WHITE`.
     """
-    text = (resources.files("gonio") / "data" / "cie_1931_d65.tsv").read_text(encoding="utf-8")
-    rows = [line for line in text.splitlines() if not line.startswith("#")][1:]
-    wavelengths, *matching, power = np.array([row.split("\t") for row in rows], dtype=float).T
-    weights = np.stack(matching, -1) * power[:, None]
+    wavelengths, matching, power = _tabulated()
+    weights = matching * power[:, None]
     return wavelengths, weights * (WHITE / np.trapezoid(weights, wavelengths, axis=0))
 
 
@@ -135,14 +142,27 @@ def matrix_of(wavelengths: Any, table: NDArray[np.float64], matching: NDArray[np
     return weights
 
 
+_DAYLIGHT_BELOW = ((300.0, 310.0, 320.0, 330.0, 340.0, 350.0), (0.0341, 3.2945, 20.236, 37.0535, 39.9488, 44.9117))
+"""The relative power of D65 at wavelengths [nm] before those of the observer: CIE 015, straight lines in between."""
+
+
+def daylight(wavelengths: Any) -> NDArray[np.float64]:
+    """The relative power of daylight, D65, at wavelengths [nm]: 100 at 560 nm, 0 below 300 nm, from 780 nm on as there.
+
+    Fluorescence needs the ultraviolet too, which `to_xyz` leaves out.
+    """
+    known, _, power = _tabulated()
+    below = np.array(_DAYLIGHT_BELOW)
+    x, y = np.concatenate([below, [known, power]], axis=1)
+    found: NDArray[np.float64] = np.interp(np.asarray(wavelengths, dtype=float), x, y, left=0.0)
+    return found
+
+
 @cache
 def _matching() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Wavelengths [nm] (N,), and the colour-matching functions (N, 3) over the integral of y."""
-    text = (resources.files("gonio") / "data" / "cie_1931_d65.tsv").read_text(encoding="utf-8")
-    rows = [line for line in text.splitlines() if not line.startswith("#")][1:]
-    wavelengths, *matching, _ = np.array([row.split("\t") for row in rows], dtype=float).T
-    weights = np.stack(matching, -1)
-    return wavelengths, weights / np.trapezoid(weights[:, 1], wavelengths)
+    wavelengths, matching, _ = _tabulated()
+    return wavelengths, matching / np.trapezoid(matching[:, 1], wavelengths)
 
 
 def light_to_rgb(wavelengths: Any) -> NDArray[np.float64]:

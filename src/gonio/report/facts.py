@@ -21,7 +21,8 @@ from ..conversion.conversion import size_of
 from ..errors import MissingDataWarning, ToleranceWarning
 from ..evaluate import batch
 from ..formula.fields import Option, Param, Table
-from ..integrals.albedo import albedo
+from ..integrals.albedo import albedo, kept_albedo
+from ..integrals.photons import exchanged_in_words
 from ..tables.gridded import Gridded
 from ..tables.half_planes import half_planes
 from ..tables.scattered import Scattered
@@ -50,6 +51,8 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     result["channel_names"] = list(names) if names is not None else list("RGB") if m.channels == 3 else None
     result["has_delta"] = bool(m.has_delta)
     result["breaks"] = m.breaches()
+    if m.exchanges:
+        result["fluorescence"] = _fluorescence(m)
     if computed and not batch.full_shape(m, ()):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MissingDataWarning)
@@ -57,10 +60,17 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     return result | _settable_facts(m)
 
 
+def _fluorescence(m: Reflectance) -> str:
+    """What f does not show of a material that fluoresces."""
+    kept = "f, and albedos without a light, are of the light that keeps its wavelength"
+    known = not batch.full_shape(m, ()) and m.sides == "front"
+    return f"{kept}; at another: {exchanged_in_words(m)}" if known else kept
+
+
 def _computed_facts(m: Reflectance) -> dict[str, Any]:
     """Albedos, and of measurements symmetries, stated totals, and uncertainties of the albedos."""
     at = direction(np.radians(INCIDENCE), 0.0)
-    rho = albedo(m, at, tolerance=1e-3)
+    rho = kept_albedo(m, at, 1e-3)
     result: dict[str, Any] = {"albedo": {"theta_i": list(INCIDENCE), "values": rho.tolist()}}
     if isinstance(m, Measured):
         result["symmetry"] = _symmetry(m)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -104,13 +104,16 @@ _HITS = Computation(
 )
 
 
-def reflected(m: Reflectance, lights: list[Light], colour: np.ndarray | None) -> Callable[[Points], tuple[Any, int]]:
-    """Radiance (..., C) at points, by lights of any kind, and how many samples met directions without data."""
+def reflected(
+    pairs: Sequence[tuple[Reflectance, Light]], colour: np.ndarray | None
+) -> Callable[[Points], tuple[Any, int]]:
+    """Radiance (..., C) at points, of reflectances each under a light of any kind, and how many samples met directions
+    without data."""
 
     def gather(at: Points) -> tuple[Any, int]:
         total: Any = 0.0
         missing = 0
-        for light in lights:
+        for m, light in pairs:
             if light.is_delta:
                 part, holes = without_holes(delta_radiance(m, light, at.local, at.wo, at.position, colour))
             else:

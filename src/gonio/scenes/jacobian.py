@@ -18,7 +18,7 @@ from .camera import View
 from .left_out import tell
 from .passes import Found, Sums, passes, warn_of_holes
 from .pixels import Pixels
-from .rendering import check, colours_of, lights_of
+from .rendering import check, colours_of, lights_of, refuse_fluorescence
 from .stage import Stage
 from .traced import Traced
 
@@ -117,6 +117,7 @@ def derived(
     if len(stage.materials) > 1 or stage.materials[0] is not None:
         rule = "expected meshes without any, which all have that of the picture"
         raise ParameterError(f"{who}: the scene has materials of its own; {rule}")
+    refuse_fluorescence(m, who)
     lights, by_power = lights_of(m, lights, bands)
     before, after = colours_of(m, lights, bands, by_power)
     for light in lights:

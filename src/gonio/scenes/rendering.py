@@ -15,14 +15,16 @@ from ..arrays import ops
 from ..base.channel_names import places
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..base.under_light import glow
 from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..evaluate import batch
 from ..evaluate.computation import composite
 from ..formula.direction import Direction, dot
+from ..integrals.glows import glows, widths
 from ..integrals.illumination import as_lights, at_wavelengths, check_channels, has_spectra
 from ..lights.environment import EnvironmentLight
 from ..lights.sphere import SphereLight
-from ..pictures.colour import LUMINANCE, light_to_rgb, rgb_of, transformed
+from ..pictures.colour import LUMINANCE, daylight, light_to_rgb, rgb_of, transformed
 from ..pictures.image import Image
 from . import by_arrays
 from ._bodies import Solid
@@ -114,8 +116,12 @@ def render(
         _check_fronts(stage)
     pixels = Pixels.of(stage, size, seed)
     lit = [(x, *lights_of(x, lights, bands)) for x in materials]
-    several = [(x, given, *colours_of(x, given, bands, by_power)) for x, given, by_power in lit]
-    m, given, before, after = several[0]
+    several = [
+        (x, given, before, after, glows_of(x, given, before, bands, by_power))
+        for x, given, by_power in lit
+        for before, after in [colours_of(x, given, bands, by_power)]
+    ]
+    m, given, before, after, glowing = several[0]
     _refuse_lights_inside(stage, given)
     if all(light.is_formula() for light in given):
         job = _job(several, pixels)
@@ -135,7 +141,8 @@ def render(
             rule = "noise= and checkpoint= are for pictures that are computed as one formula"
             raise ParameterError(f"render: {rule}, and {kinds} is none; write the light with seen, or leave them out")
         refuse_shadows(stage, f"render, under {kinds}, which is a function of arrays")
-        gather = by_arrays.reflected(m, given, before)
+        pairs = [(x, light) for x, lights in [(m, given), *glowing] for light in lights]
+        gather = by_arrays.reflected(pairs, before)
         colour, alpha = by_arrays.picture(gather, m.channels or 1, pixels, wanted, progress)
         colour = colour if after is None else transformed(colour, after)
         error, taken = None, wanted
@@ -202,9 +209,9 @@ def _refuse_lights_inside(stage: Stage, lights: Sequence[Light]) -> None:
 def _job(several: Sequence[tuple[Any, ...]], pixels: Pixels) -> Traced | Several:
     """The picture of one material, or of several. Raises ShapeError where channels do not fit each other."""
     if len(several) == 1:
-        m, lights, before, after = several[0]
-        return Traced.of(m, lights, pixels, before, after)
-    jobs = tuple(Traced.of(m, lit, pixels, a, b, part) for part, (m, lit, a, b) in enumerate(several))
+        m, lights, before, after, glowing = several[0]
+        return Traced.of(m, lights, pixels, before, after, glowing=glowing)
+    jobs = tuple(Traced.of(m, lit, pixels, a, b, part, glow) for part, (m, lit, a, b, glow) in enumerate(several))
     counts = {job.channels for job in jobs}
     if len(counts - {1}) > 1:
         each = ", ".join(f"{m!r:.40} {job.channels}" for job, (m, *_) in zip(jobs, several, strict=True))
@@ -233,10 +240,10 @@ def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, bands: Any
                 f"a picture's material has numbers of {lib.name}, whose derivatives are lost; {cure} NumPy's"
             )
     if maps := batch.full_shape(m, ()):
-        places = [path for path, p in m.parameters.items() if np.ndim(p.value) > 1]
+        place = next(path for path, _, x, _ in m._numbers() if np.ndim(x) > 1)
         rule = "a picture shows one material: one number, or one per channel"
-        cure = f"for one place of the map m.replace({{{places[0]!r}: values[index]}})"
-        raise ShapeError(f"render: {places[0]} is a map of shape {maps}, with channels last; {rule}; {cure}")
+        cure = f"for one place of the map m.replace({{{place!r}: values[index]}}), or an option of the file's format"
+        raise ShapeError(f"render: {place} is a map of shape {maps}, with channels last; {rule}; {cure}")
     given = as_lights(default_light(m, bands) if lights is None else lights)
     return [light.in_numpy() for light in at_wavelengths(given, m)], any(map(has_spectra, given))
 
@@ -307,3 +314,37 @@ def colours_of(
     for light, lit in zip(lights, counts, strict=True):
         check_channels(channels, light, lit)
     return None, matrix
+
+
+def glows_of(
+    m: Reflectance, lights: list[Light], before: np.ndarray | None, bands: Any, by_power: bool
+) -> list[tuple[Reflectance, list[Light]]]:
+    """What a material re-radiates under the lights of a picture, each under some of them: see `glows`. `before`: the
+    matrix that makes RGB of its reflectance, where the lights are taken for daylight."""
+    if not m.exchanges:
+        return []
+    power = None
+    if m.wavelengths is not None and (by_power or (bands is None and shown_as(m) is not None)):
+        power = widths(m) if by_power else _daylight(m)
+    if before is None:
+        return glows(m, lights, power)
+    E = np.ones(m.channels or 1) if power is None else power
+    return [(glow(m, E, E), lights)]
+
+
+def refuse_fluorescence(m: Reflectance, who: str) -> None:
+    """Raises ParameterError for a material that re-radiates light, where a picture is of one reflectance."""
+    if m.exchanges:
+        rule = "which has none of the light that leaves at another wavelength; expected the material under a light"
+        raise ParameterError(f"{who}: {m!r:.60} fluoresces, and this is made of its f, {rule}: m.under(E)")
+
+
+def in_daylight(m: Reflectance) -> Reflectance:
+    """A material that fluoresces as it is in daylight, where its wavelengths are known; others as they are."""
+    return m.under(_daylight(m)) if m.exchanges and m.wavelengths is not None and m.sides == "front" else m
+
+
+def _daylight(m: Reflectance) -> np.ndarray:
+    """The power of daylight in a material's bands (C,), and a little where it has none."""
+    power: np.ndarray = widths(m) * np.maximum(daylight(m.wavelengths), 1e-6)
+    return power

@@ -28,7 +28,7 @@ from ..polarization.filters import polariser as filter_at
 from .by_arrays import Points, picture
 from .left_out import tell
 from .pixels import Pixels
-from .rendering import check, colours_of, lights_of, refuse_shadows
+from .rendering import check, colours_of, lights_of, refuse_fluorescence, refuse_shadows
 from .stage import Stage
 
 UP = Direction(0.0, 0.0, 1.0)
@@ -124,6 +124,7 @@ def render_stokes(
     check(size, samples, seed)
     stage = Stage.of(shape)
     refuse_shadows(stage, "render_stokes")
+    refuse_fluorescence(m, "render_stokes")
     tell("render_stokes", stage, [m], shape)
     lights, by_power = lights_of(m, lights, bands)
     before, after = colours_of(m, lights, bands, by_power)

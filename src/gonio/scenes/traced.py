@@ -10,14 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.light import Light
+from ..base.one_channel import of_channel
 from ..base.reflectance import Reflectance
 from ..base.textured import mapped
 from ..evaluate import batch
 from ..evaluate.computation import Computation, composite
 from ..evaluate.planning import UNROLLED
-from ..formula.direction import Direction
-from ..formula.fields import Channels, part
-from ..formula.state import state
 from ..pictures.colour import transformed
 from .estimator import direct, shares
 from .passes import Found, identity
@@ -35,7 +33,7 @@ PARTS = 8
 
 class Traced(NamedTuple):
     """A picture to be computed, of one material. `matrix`: that by which its channels become those of the picture, of
-    `colours` sums if the lights have channels of their own."""
+    `colours` sums if the lights have channels of their own. `glows`: pictures of what it re-radiates, to be added."""
 
     scene: Any
     computation: Computation
@@ -44,6 +42,7 @@ class Traced(NamedTuple):
     colours: int
     own: int  # channels of the scene
     channels: int  # of the picture
+    glows: tuple[Traced, ...] = ()
 
     @classmethod
     def of(
@@ -54,22 +53,27 @@ class Traced(NamedTuple):
         before: np.ndarray | None,
         after: np.ndarray | None,
         part: int | None = None,
+        glowing: Sequence[tuple[Reflectance, list[Light]]] = (),
+        is_glow: bool = False,
     ) -> Traced:
         """The picture of a material; the matrices make RGB of its f, or of the radiance. `part`: the number of the
-        part that alone counts."""
+        part that alone counts. `glowing`: what it re-radiates, under which lights; `is_glow`: whether this is such,
+        before which lights are not seen."""
         lights = pixels.stage.lit_by(lights)
         lit = [batch.channels(light) or 1 for light in lights]
         colours = 3 if before is not None and 3 in lit else 1
         given: list[Any] = [*lights]
         if colours > 1:
-            given = [composite(**{str(j): _of_channel(light, j) for j in range(colours)}) for light in lights]
+            given = [composite(**{str(j): of_channel(light, j) for j in range(colours)}) for light in lights]
         values = pixels.stage.values(pixels.size) | ({} if part is None else {"part": float(part)})
         scene = composite(**mapped(m.unlabelled), lights=given, **values)
         own = batch.channels(scene) or 1
         matrix = after if before is None else before
         channels = own if matrix is None else matrix.shape[1]
-        computation = direct(colours, own > UNROLLED, part is not None, pixels.stage.backdrop and not part)
-        return cls(scene, computation, pixels, matrix, colours, own, channels)
+        backdrop = pixels.stage.backdrop and not part and not is_glow
+        computation = direct(colours, own > UNROLLED, part is not None, backdrop)
+        glows = tuple(cls.of(glow, lit, pixels, before, after, part, is_glow=True) for glow, lit in glowing)
+        return cls(scene, computation, pixels, matrix, colours, own, channels, glows)
 
     def identity(self) -> str:
         """A hash of all that the picture depends on."""
@@ -81,7 +85,7 @@ class Traced(NamedTuple):
         told = composite(**shown, camera=stage.camera)
         bodies = [(type(body).__name__, *body.leaves()) for body in stage.bodies]
         rest = (stage.identity, bodies, stage.margin, stage.backdrop, self.pixels.size, self.pixels.seed)
-        return identity(told, rest, self.colours, matrix)
+        return identity(told, rest, self.colours, matrix, *(glow.identity() for glow in self.glows))
 
     def parts(self) -> list[slice]:
         """Runs of pixels, of one length but for the last one."""
@@ -119,7 +123,11 @@ def runs(pixels: int, channels: int) -> list[slice]:
 def tile(job: Traced, at: slice | np.ndarray, start: int, stop: int) -> Found:
     """What samples start to stop come to for a run of pixels."""
     found = job.computation(job.scene, pixel=job.pixels.numbers[at], point=points(start, stop)[None])
-    return job.coloured(found), *_counted(found)
+    light, (met, holes) = job.coloured(found), _counted(found)
+    for glow in job.glows:
+        more, _, missing = tile(glow, at, start, stop)
+        light, holes = light + more, holes + missing
+    return light, met, holes
 
 
 def _counted(found: dict[str, np.ndarray]) -> tuple[np.ndarray, int]:
@@ -161,65 +169,3 @@ class Several(NamedTuple):
                 light[shown] += found
                 holes += missing
         return light, seen, holes
-
-
-class _OneChannel(Light):
-    """A light of which one channel is left, whose number formulas know.
-
-    `own`: the paths of numbers that channels do not share.
-    """
-
-    has_text = False
-    of = part(Light, None, "the light")
-    number: float = state(0.0)
-    own: frozenset[str] = state(frozenset())
-
-    @property
-    def is_delta(self) -> bool:  # type: ignore[override]
-        return bool(self.of.is_delta)
-
-    @property
-    def can_sample(self) -> bool:  # type: ignore[override]
-        return bool(self.of.can_sample)
-
-    @property
-    def has_horizon(self) -> bool:  # type: ignore[override]
-        return bool(self.of.has_horizon)
-
-    def sharing(self, other: _OneChannel) -> _OneChannel:
-        """The channel with the very numbers of another one that both share: what follows from them is computed once."""
-        shared = zip(other.leaf_paths(), other.leaves(), strict=True)
-        return self.with_values({path: value for path, value in shared if path not in self.own})
-
-    @property
-    def _chosen(self) -> Light:
-        light: Light = self.of.rebuilt(lambda _, field, value: self.number if isinstance(field, Channels) else value)
-        return light
-
-    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
-        return self._chosen.seen(p, w)
-
-    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
-        return self._chosen.beam(p)
-
-    def density(self, p: Direction, w: Direction) -> Any:
-        return self.of.density(p, w)
-
-    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
-        return self.of.drawn(p, u0, u1)
-
-
-def _of_channel(light: Light, j: int) -> _OneChannel:
-    """One channel of a light."""
-
-    own: list[str] = []
-
-    def chosen(path: str, field: Any, value: Any) -> Any:
-        if not np.ndim(value):
-            return value
-        own.append(f"of.{path}")
-        return float(value[min(j, len(value) - 1)])
-
-    one = _OneChannel(light.rebuilt(chosen))
-    one._hold(number=float(j), own=frozenset(own))
-    return one

@@ -11,6 +11,7 @@ from ..arguments import checked
 from ..base.measured import Measured, tabular_shape, tristimulus
 from ..base.provenance import ORIGIN, derived, origin
 from ..base.reflectance import Reflectance
+from ..base.reradiation import warn_of_reradiation
 from ..errors import FormatError, ParameterError, shown
 from ..formula.fields import Ours
 from . import dataset_layout
@@ -35,7 +36,8 @@ def to_dataset(
     Measurements on a grid (MERL too) or in rows stay as they are, with uncertainty, validity and metadata. Other
     reflectances, and any if a `resolution` is given (nodes along each axis), are evaluated on a grid of the
     `parameterisation`, by default with no more nodes than f needs: two along an axis that it does not depend on. Pairs
-    below the horizon have no value. The dataset names the file that a measurement was read from, with its SHA-256.
+    below the horizon have no value. The dataset names the file that a measurement was read from, with its SHA-256. Of
+    fluorescence it holds f alone, and a FluorescenceWarning says so.
 
     Raises ParameterError for a material with a delta lobe or with maps.
 
@@ -44,6 +46,12 @@ def to_dataset(
     >>> print(dict(ds.sizes))
     {'theta_h': 4, 'theta_d': 4, 'phi_d': 8}
     """
+    warn_of_reradiation(m, "gn.save(m, 'm.json')")
+    return dataset_of(m, parameterisation, resolution)
+
+
+def dataset_of(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None) -> xarray.Dataset:
+    """`to_dataset`, of f alone."""
     table = m.as_grid() if isinstance(m, Measured) and resolution is None else None
     table = _on_grid(m, parameterisation, resolution) if table is None else table
     return table.data.assign_attrs(provenance=dataset_layout.to_text(origin(m)))

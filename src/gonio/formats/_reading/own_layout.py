@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from ...base.reflectance import Reflectance
 from ...errors import FormatError
 from ...tables.angle_systems import SYSTEMS
-from ...tables.dataset import to_dataset
+from ...tables.dataset import dataset_of
 from ...tables.dataset_layout import ANGLES, ROW
 from .._options import Declared
 
@@ -39,7 +39,7 @@ def encoded(
     m: Reflectance, parameterisation: str, resolution: Sequence[int] | None
 ) -> tuple[xarray.Dataset, dict[Any, dict[str, Any]]]:
     """The dataset to write, see `to_dataset`, and its encodings: NaN stays NaN, no other number stands for it."""
-    ds = to_dataset(m, parameterisation, resolution)
+    ds = dataset_of(m, parameterisation, resolution)
     return ds, {name: {"_FillValue": None} for name in ds.variables if ds[name].dtype.kind == "f"}
 
 

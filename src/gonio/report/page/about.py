@@ -69,6 +69,8 @@ class About(Told):
         rows.append(
             ("turned about the normal", "the same (isotropic)" if one["isotropic"] else "differs (anisotropic)")
         )
+        if "fluorescence" in f:
+            rows.append(("fluorescence", escape(f["fluorescence"])))
         parts = [table(("", ""), rows, kind="facts")]
         if f["parameters"]:
             cells = [

@@ -21,7 +21,7 @@ from ...integrals.albedo import albedo, white_sky_albedo
 from ...integrals.fate import fate
 from ...laws import check, summaries
 from ...pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, WHITE, XYZ, rgb_of, srgb_encode
-from ...scenes.rendering import is_rgb
+from ...scenes.rendering import in_daylight, is_rgb
 from ...tables.gridded import Gridded
 from ..facts import ASSUMPTIONS, facts
 from ..model_facts import sections, summary
@@ -227,7 +227,7 @@ def _laws(m: Reflectance, progress: Callable[[int, int], None]) -> dict[str, Any
 def colours(m: Reflectance) -> dict[str, Any] | None:
     """The colour of the albedo under daylight (D65), at a few angles and under a white sky, and the spectrum; None of
     channels that are no colours."""
-    theta = np.unique(np.clip((0.0, 45.0, 75.0), *lit_range(m)))
+    m, theta = in_daylight(m), np.unique(np.clip((0.0, 45.0, 75.0), *lit_range(m)))
     rho = with_channels(albedo(m, direction(np.radians(theta), plane(m)), tolerance=1e-3), 1)
     names = m.channel_names
     spectrum = None

@@ -1,0 +1,108 @@
+"""One channel of a light with several, as a light."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..formula.direction import Direction
+from ..formula.fields import Channels, Field, part
+from ..formula.state import state
+from .light import ORIGIN, Light
+
+
+class OneChannel(Light):
+    """A light of which one channel is left, whose number formulas know.
+
+    `own`: the paths of numbers that channels do not share.
+    """
+
+    has_text = False
+    of = part(Light, None, "the light")
+    number: int = state(0)
+    own: frozenset[str] = state(frozenset())
+
+    @property
+    def is_delta(self) -> bool:  # type: ignore[override]
+        return bool(self.of.is_delta)
+
+    @property
+    def has_edges(self) -> bool:  # type: ignore[override]
+        return bool(self.of.has_edges)
+
+    @property
+    def can_sample(self) -> bool:  # type: ignore[override]
+        return bool(self.of.can_sample)
+
+    @property
+    def has_horizon(self) -> bool:  # type: ignore[override]
+        return bool(self.of.has_horizon)
+
+    @property
+    def has_closed_form(self) -> bool:
+        return bool(self.of.has_closed_form)
+
+    def sharing(self, other: OneChannel) -> OneChannel:
+        """The channel with the very numbers of another one that both share: what follows from them is computed once."""
+        shared = zip(other.leaf_paths(), other.leaves(), strict=True)
+        return self.with_values({path: value for path, value in shared if path not in self.own})
+
+    @property
+    def _chosen(self) -> Light:
+        number = float(self.number)
+        light: Light = self.of.rebuilt(lambda _, field, value: number if isinstance(field, Channels) else value)
+        return light
+
+    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
+        return self._chosen.seen(p, w)
+
+    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
+        return self._chosen.beam(p)
+
+    def irradiance_on(self, p: Direction, n: Direction) -> Any:
+        return self._chosen.irradiance_on(p, n)
+
+    def holds(self, p: Direction) -> Any:
+        held = self.of.holds(p)
+        return p.x < p.x if held is None else held
+
+    def density(self, p: Direction, w: Direction) -> Any:
+        return self.of.density(p, w)
+
+    def warp(self, p: Direction, u0: Any, u1: Any) -> Direction:
+        return self.of.warp(p, u0, u1)
+
+    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
+        return self.of.drawn(p, u0, u1)
+
+
+class _OfArrays(Light):
+    """A channel of a light that is a function of arrays."""
+
+    has_text = False
+    of = part(Light, None, "the light")
+    number: int = state(0)
+
+    def incident(self, w: Any, position: Any = ORIGIN) -> Any:
+        return self.of.incident(w, position)[..., self.number : self.number + 1]
+
+
+def of_channel(light: Light, number: int) -> Light:
+    """One channel of a light: the last one, where it has fewer."""
+    if not light.is_formula():
+        one = _OfArrays(light)
+        one._hold(number=number)
+        return one
+    own: list[str] = []
+
+    def chosen(path: str, field: Field, value: Any) -> Any:
+        if not np.ndim(value):
+            return value
+        own.append(f"of.{path}")
+        one = value[..., min(number, np.shape(value)[-1] - 1)]
+        return float(one) if isinstance(value, np.ndarray) else one
+
+    only = OneChannel(light.rebuilt(chosen))
+    only._hold(number=number, own=frozenset(own))
+    return only
