@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 OUT = Path(__file__).resolve().parent.parent / "tests" / "layers" / "disort.tsv"
-ALBEDO, STREAMS = 0.95, {0.0: 64, 0.5: 64, -0.5: 64, 0.8: 96, -0.8: 128, 0.9: 128, 0.95: 240, -0.95: 240}
+ALBEDO, STREAMS = 0.95, {0.0: 64, 0.5: 64, -0.5: 64, 0.8: 96, -0.8: 96, 0.9: 128, 0.95: 160, -0.95: 160}
 DEPTHS = (0.003, 0.1, 1.0, 50.0)
 LIT, SEEN, AZIMUTHS = (0.05, 0.3, 1.0), (0.04, 0.1, 0.35, 0.97), (0.0, 1.0, np.pi)
 
