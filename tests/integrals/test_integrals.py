@@ -265,6 +265,15 @@ def test_as_many_directions_as_channels(made):
         np.testing.assert_allclose(found, np.concatenate([call(made(k), w) for k in WEIGHTS[:, None]], -1), atol=1e-4)
 
 
+def test_channels_of_what_transmits_are_those_of_what_reflects():
+    m = gn.Lambertian(0.1) + gn.DiffuseTransmission([0.2, 0.3, 0.4])
+    for call in (gn.albedo, gn.reflectance, gn.reflectance_factor):
+        np.testing.assert_allclose(call(m, [0.0, 0.0, 1.0]), [0.1] * 3, atol=1e-4)
+    for call in (gn.white_sky_albedo, gn.reflectance):
+        np.testing.assert_allclose(call(m), [0.1] * 3, atol=1e-4)
+    assert gn.reflectance(gn.DiffuseTransmission([[0.2], [0.3]]), error=True).error.shape == (2,)
+
+
 # Many polar angles.
 
 SMOOTH = {
