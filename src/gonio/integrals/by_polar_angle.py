@@ -55,7 +55,7 @@ def is_even(part: Any) -> bool:
     """Whether turning both directions about the normal changes nothing, as it is declared."""
     if not part.is_oriented():
         return True
-    if isinstance(part, Distribution) and hasattr(part, "alpha_y"):
+    if isinstance(part, Distribution) and hasattr(part, "alpha_x") and hasattr(part, "alpha_y"):
         return np.array_equal(part.alpha_x, part.alpha_y)
     oriented = [inner for inner in part._components() if inner.is_oriented()]
     return bool(oriented) and not part.oriented and all(map(is_even, oriented))
@@ -67,15 +67,15 @@ def by_polar_angle(
     """Integrals (n, C) of a lobe that `is_even`, for fixed directions (n, 3)."""
     z = np.where(fixed[:, 2] <= HORIZON, -1.0, fixed[:, 2] + 0.0 * (fixed[:, 0] + fixed[:, 1]))
     _, first, back = np.unique(z, return_index=True, return_inverse=True)
-    w, goal, unit = fixed[first], tolerance.min(initial=1.0), unit.min(initial=math.inf)
+    w, goal, least = fixed[first], float(tolerance.min(initial=1.0)), float(unit.min(initial=math.inf))
 
     def each(w: np.ndarray, share: float = 1.0) -> Integrals:
-        return direct(w, np.full(len(w), share * goal), np.full(len(w), unit))
+        return direct(w, np.full(len(w), share * goal), np.full(len(w), least))
 
     if len(w) <= 2 * ALONE or goal < FINEST:
         found = each(w)
     else:
-        found = in_order([*_in_panels(w, _bends(lobe), goal, unit, each)])
+        found = in_order([*_in_panels(w, _bends(lobe), goal, least, each)])
     return Integrals(*(x[back] for x in found))
 
 

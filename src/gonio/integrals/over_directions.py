@@ -127,7 +127,7 @@ class _Integrand(NamedTuple):
 
     def at(self, side: int | None) -> Direct:
         """`over_hemisphere` for other fixed directions."""
-        return lambda fixed, *goal: self._replace(fixed=fixed).over_hemisphere(*goal, side)
+        return lambda fixed, goal, unit: self._replace(fixed=fixed).over_hemisphere(goal, unit, side)
 
     def over_hemisphere(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
         """By rules in coordinates of half vectors, where the lobe has these; the rest in the lobe's own sampling.
