@@ -368,6 +368,21 @@ def test_panels_end_at_nodes_of_tables():
     assert {0.5, 0.7, 1.0} <= set(by_polar_angle._bends(m))
 
 
+def test_narrow_panels_of_a_table_cost_nothing():
+    """Sixty of them, of 300 angles: each is integrated once, and nothing between them."""
+    counts, theta = [], np.linspace(0.0, 1.5, 61)
+    m = gn.Gridded("angles", {"theta_i": theta, "theta_o": [0.0, 1.5], "phi": [0.0]}, np.full((61, 2, 1), 0.1))
+
+    def direct(w, tolerance, unit):
+        counts.append(len(w))
+        return Integrals(w[:, 2:], 0.0 * tolerance, 0.0 * tolerance)
+
+    w = on_sphere(np.linspace(0.0, 1.5, 300), 0.3)
+    found = by_polar_angle.by_polar_angle(m, w, np.full(300, 1e-4), np.ones(300), direct)
+    np.testing.assert_array_equal(found.value, w[:, 2:])
+    assert counts == [300]
+
+
 @pytest.mark.parametrize(
     ("channels", "masking"),
     thinned(product((31, 401), ("height_correlated", "v_groove")), [(31, "v_groove"), (401, "height_correlated")]),

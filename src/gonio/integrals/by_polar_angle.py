@@ -97,15 +97,19 @@ def _in_panels(
     start, end = theta[0], np.nextafter(theta[-1], math.inf)
     edges = np.unique([*np.linspace(start, end, FIRST + 1), *bends[(bends > start) & (bends < end)]])
     alone = [np.flatnonzero(~(w[:, 2] > HORIZON))]
-    panels = np.stack([edges[:-1], edges[1:]], axis=-1)
-    known = _at_points(panels, each)
-    while len(panels):
+
+    def crowded(panels: np.ndarray) -> np.ndarray:
+        """Whether panels hold many angles; those of others are integrated by themselves."""
         inside = np.searchsorted(theta, panels)
         few = inside[:, 1] - inside[:, 0] <= ALONE
-        alone += [rows[a:b] for a, b in inside[few]]
-        panels, known = panels[~few], _part(known, ~few)
-        if not len(panels):
-            break
+        alone.extend(rows[a:b] for a, b in inside[few])
+        return ~few
+
+    panels, known = np.stack([edges[:-1], edges[1:]], axis=-1), None
+    panels = panels[crowded(panels)]
+    while len(panels):
+        if known is None:
+            known = _at_points(panels, each)
         middle = panels.mean(axis=-1)
         halves = np.stack([panels[:, 0], middle, middle, panels[:, 1]], axis=-1).reshape(-1, 2)
         found = _at_points(halves, each)
@@ -124,6 +128,8 @@ def _in_panels(
             between = np.polynomial.chebyshev.chebval(x, _COEFFICIENTS @ found.value[k]).T
             yield rows[here], Integrals(between, np.full(len(x), bound[k]), np.zeros(len(x)))
         panels, known = halves[~twice], _part(found, ~twice)
+        many = crowded(panels)
+        panels, known = panels[many], _part(known, many)
     left = np.concatenate(alone)
     if len(left):
         yield left, each(w[left])
