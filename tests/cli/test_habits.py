@@ -164,6 +164,12 @@ def test_angles_of_commands_have_units(run):
     )
 
 
+def test_three_angles_of_three_channels(run):
+    found = rows(run("albedo", "Lambertian(0.3) + [1.0, 0.7, 0.3] * Lambertian(0.5)", "--json"))
+    assert [row["theta_i"] for row in found[::3]] == [0.0, 45.0, 75.0]
+    assert [(row["channel"], round(row["albedo"], 9)) for row in found] == [("R", 0.8), ("G", 0.65), ("B", 0.45)] * 3
+
+
 @pytest.mark.parametrize(
     ("command", "said"),
     [

@@ -325,6 +325,7 @@ BAD = {
     "words": ((WI, WI, ["a"] * 8), "expected an array of numbers"),
     "uncertainty 0": ((WI, WI, np.ones(8), np.zeros(8)), "none of the uncertainties"),
     "uncertainty shape": ((WI, WI, np.ones(8), np.ones(3)), "expected a number, or the shape"),
+    "uncertainty of channels": ((WI, WI, np.ones((8, 3)), np.ones(3)), "expected a number, or the shape"),
     "empty channel": ((WI, WI, np.column_stack([np.ones(8), np.full(8, np.nan)])), "holds no number"),
     "too few": ((WI[:2], WI[:2], np.ones(2)), "2 values to fit"),
     "no file": ("nothing.csv", "nothing.csv"),

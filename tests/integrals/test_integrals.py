@@ -265,6 +265,15 @@ def test_as_many_directions_as_channels(made):
         np.testing.assert_allclose(found, np.concatenate([call(made(k), w) for k in WEIGHTS[:, None]], -1), atol=1e-4)
 
 
+def test_channels_of_what_transmits_are_those_of_what_reflects():
+    m = gn.Lambertian(0.1) + gn.DiffuseTransmission([0.2, 0.3, 0.4])
+    for call in (gn.albedo, gn.reflectance, gn.reflectance_factor):
+        np.testing.assert_allclose(call(m, [0.0, 0.0, 1.0]), [0.1] * 3, atol=1e-4)
+    for call in (gn.white_sky_albedo, gn.reflectance):
+        np.testing.assert_allclose(call(m), [0.1] * 3, atol=1e-4)
+    assert gn.reflectance(gn.DiffuseTransmission([[0.2], [0.3]]), error=True).error.shape == (2,)
+
+
 # Many polar angles.
 
 SMOOTH = {
@@ -357,6 +366,21 @@ def test_panels_end_at_nodes_of_tables():
     axes = {"theta_i": [0.0, 0.5, 1.0], "theta_o": [0.0, 0.7, 1.5], "phi": [0.0]}
     m = gn.Coated(gn.Gridded("angles", axes, np.full((3, 3, 1), 0.1)))
     assert {0.5, 0.7, 1.0} <= set(by_polar_angle._bends(m))
+
+
+def test_narrow_panels_of_a_table_cost_nothing():
+    """Sixty of them, of 300 angles: each is integrated once, and nothing between them."""
+    counts, theta = [], np.linspace(0.0, 1.5, 61)
+    m = gn.Gridded("angles", {"theta_i": theta, "theta_o": [0.0, 1.5], "phi": [0.0]}, np.full((61, 2, 1), 0.1))
+
+    def direct(w, tolerance, unit):
+        counts.append(len(w))
+        return Integrals(w[:, 2:], 0.0 * tolerance, 0.0 * tolerance)
+
+    w = on_sphere(np.linspace(0.0, 1.5, 300), 0.3)
+    found = by_polar_angle.by_polar_angle(m, w, np.full(300, 1e-4), np.ones(300), direct)
+    np.testing.assert_array_equal(found.value, w[:, 2:])
+    assert counts == [300]
 
 
 @pytest.mark.parametrize(

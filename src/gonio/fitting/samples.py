@@ -212,9 +212,8 @@ def _of_arrays(wi: Any, wo: Any, f: Any, u: Any = None) -> Rows:
     f = f if f.ndim == 2 else f[:, None]
     if u is not None:
         u = real("u", u)
-        u = u[:, None] if u.ndim == 1 and f.ndim == 2 and len(u) == count else u
         try:
-            u = np.broadcast_to(u, f.shape)
+            u = np.broadcast_to(u[:, None] if u.ndim == 1 else u, f.shape)
         except ValueError:
             raise ShapeError(f"u: got shape {u.shape}; expected a number, or the shape of f, {f.shape}") from None
     return wi, wo, f, u, channels, f"{count} rows"

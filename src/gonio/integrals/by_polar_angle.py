@@ -7,8 +7,8 @@ one that each of these is integrated by itself: at a critical angle, and in narr
 
 Error    a panel is smooth where the difference is at most a quarter of the tolerance, to which integrals at its
          points are made too. The estimate is the difference and what errors at the points can become. Of albedos and
-         transmittances at 2000 angles of 94 materials, the largest difference to integrals of their own was MEASURED
-         of the tolerance.
+         transmittances to 1e-4 of 125 random materials, each at 130 angles, those between the points were off by at
+         most 0.65 of the tolerance, integrals of each angle by itself by 2.8.
 Source   derived here; Chebyshev points and their Lebesgue constant: Trefethen 2013, Approximation Theory and
          Approximation Practice, chapters 8 and 15.
 """
@@ -55,7 +55,7 @@ def is_even(part: Any) -> bool:
     """Whether turning both directions about the normal changes nothing, as it is declared."""
     if not part.is_oriented():
         return True
-    if isinstance(part, Distribution) and hasattr(part, "alpha_y"):
+    if isinstance(part, Distribution) and hasattr(part, "alpha_x") and hasattr(part, "alpha_y"):
         return np.array_equal(part.alpha_x, part.alpha_y)
     oriented = [inner for inner in part._components() if inner.is_oriented()]
     return bool(oriented) and not part.oriented and all(map(is_even, oriented))
@@ -67,15 +67,15 @@ def by_polar_angle(
     """Integrals (n, C) of a lobe that `is_even`, for fixed directions (n, 3)."""
     z = np.where(fixed[:, 2] <= HORIZON, -1.0, fixed[:, 2] + 0.0 * (fixed[:, 0] + fixed[:, 1]))
     _, first, back = np.unique(z, return_index=True, return_inverse=True)
-    w, goal, unit = fixed[first], tolerance.min(initial=1.0), unit.min(initial=math.inf)
+    w, goal, least = fixed[first], float(tolerance.min(initial=1.0)), float(unit.min(initial=math.inf))
 
     def each(w: np.ndarray, share: float = 1.0) -> Integrals:
-        return direct(w, np.full(len(w), share * goal), np.full(len(w), unit))
+        return direct(w, np.full(len(w), share * goal), np.full(len(w), least))
 
     if len(w) <= 2 * ALONE or goal < FINEST:
         found = each(w)
     else:
-        found = in_order([*_in_panels(w, _bends(lobe), goal, unit, each)])
+        found = in_order([*_in_panels(w, _bends(lobe), goal, least, each)])
     return Integrals(*(x[back] for x in found))
 
 
@@ -97,15 +97,19 @@ def _in_panels(
     start, end = theta[0], np.nextafter(theta[-1], math.inf)
     edges = np.unique([*np.linspace(start, end, FIRST + 1), *bends[(bends > start) & (bends < end)]])
     alone = [np.flatnonzero(~(w[:, 2] > HORIZON))]
-    panels = np.stack([edges[:-1], edges[1:]], axis=-1)
-    known = _at_points(panels, each)
-    while len(panels):
+
+    def crowded(panels: np.ndarray) -> np.ndarray:
+        """Whether panels hold many angles; those of others are integrated by themselves."""
         inside = np.searchsorted(theta, panels)
         few = inside[:, 1] - inside[:, 0] <= ALONE
-        alone += [rows[a:b] for a, b in inside[few]]
-        panels, known = panels[~few], _part(known, ~few)
-        if not len(panels):
-            break
+        alone.extend(rows[a:b] for a, b in inside[few])
+        return ~few
+
+    panels, known = np.stack([edges[:-1], edges[1:]], axis=-1), None
+    panels = panels[crowded(panels)]
+    while len(panels):
+        if known is None:
+            known = _at_points(panels, each)
         middle = panels.mean(axis=-1)
         halves = np.stack([panels[:, 0], middle, middle, panels[:, 1]], axis=-1).reshape(-1, 2)
         found = _at_points(halves, each)
@@ -124,6 +128,8 @@ def _in_panels(
             between = np.polynomial.chebyshev.chebval(x, _COEFFICIENTS @ found.value[k]).T
             yield rows[here], Integrals(between, np.full(len(x), bound[k]), np.zeros(len(x)))
         panels, known = halves[~twice], _part(found, ~twice)
+        many = crowded(panels)
+        panels, known = panels[many], _part(known, many)
     left = np.concatenate(alone)
     if len(left):
         yield left, each(w[left])

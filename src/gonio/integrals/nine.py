@@ -22,7 +22,7 @@ from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under
 from .glows import taken_apart
 from .illumination import as_lights, have_channels
-from .over_hemisphere import Integral, check_tolerance, directions, in_double, report
+from .over_hemisphere import Integral, check_tolerance, directions, in_double, of_whole, report
 from .places import Places
 from .sharing import Wanted, over_places
 
@@ -162,11 +162,11 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
     if wi is not None and wo is not None:
         value = math.pi * m.f(wi, wo)
         return Integral(value, np.zeros(np.shape(value)[: np.ndim(value) - (m.channels is not None)])[()])
-    m = lobes_on(m, "front")
+    whole, m = m, lobes_on(m, "front")
     w = wi if wi is not None else wo if wo is not None else np.zeros(3)
     shape, fixed = batch.full_shape(m, w.shape[:-1]), in_double(w)
     lights = None if sky is None else [light.in_numpy() for light in as_lights(sky)]
-    channels = m.channels is not None or (lights is not None and have_channels(lights))
+    channels = whole.channels is not None or (lights is not None and have_channels(lights))
 
     def direct(lobe: Reflectance, number: np.ndarray, places: Places, tolerance: float) -> Integrals:
         nonlocal channels
@@ -188,4 +188,7 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
     R = R._replace(missing=np.where(hidden, 0.0, R.missing))
     report(R, tolerance * np.maximum(1.0, np.abs(R.value).max(axis=-1, initial=0.0)))
     value = (R.value.reshape(*shape, R.value.shape[-1]) + absent).astype(w.dtype)
-    return Integral(value if channels else value[..., 0][()], R.error.reshape(shape)[()])
+    errors = R.error.reshape(shape)
+    if whole is not m:
+        value, errors = of_whole(value, errors, whole, w.shape[:-1])
+    return Integral(value if channels else value[..., 0][()], errors[()])

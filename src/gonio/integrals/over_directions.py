@@ -18,7 +18,7 @@ from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, select, serv
 from ..formula.fields import Channels, Numbers
 from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, of_squares, place, weighed
 from . import half_vectors
-from .by_polar_angle import by_polar_angle, is_even
+from .by_polar_angle import Direct, by_polar_angle, is_even
 from .domain import SAMPLED, Coordinates, Domain
 from .peaks import GRAZING, SHARP, peaks
 from .places import Places
@@ -114,14 +114,8 @@ class _Integrand(NamedTuple):
         where it is narrow and leaves at grazing: too thin then to be found in others."""
         domain, lobe = self.domain, self.lobe
         if domain.coordinates is None:
-            if self.radiance is None and not batch.full_shape(lobe, ()) and is_even(lobe):
-                return by_polar_angle(
-                    lobe,
-                    self.fixed,
-                    tolerance,
-                    unit,
-                    lambda fixed, *goal: self._replace(fixed=fixed).over_hemisphere(*goal, side),
-                )
+            if len(self.fixed) > 1 and self.radiance is None and not batch.full_shape(lobe, ()) and is_even(lobe):
+                return by_polar_angle(lobe, self.fixed, tolerance, unit, self.at(side))
             return self.over_hemisphere(tolerance, unit, side)
         seeds, sent = peaks(lobe, self.fixed, self.places, domain)
         narrow = (np.median(seeds[..., 2:].min(axis=-1), axis=-1) < SHARP) & (self.fixed[:, 2] < GRAZING) & sent
@@ -134,6 +128,10 @@ class _Integrand(NamedTuple):
                 group = cubature(self.sums(domain.coordinates, rows), *goal, domain.seam, seeds[rows], side)
             groups.append((rows, group))
         return in_order(groups)
+
+    def at(self, side: int | None) -> Direct:
+        """`over_hemisphere` for other fixed directions."""
+        return lambda fixed, goal, unit: self._replace(fixed=fixed).over_hemisphere(goal, unit, side)
 
     def over_hemisphere(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
         """By rules in coordinates of half vectors, where the lobe has these; the rest in the lobe's own sampling.

@@ -132,13 +132,21 @@ def _integrate(
     channels = radiance is not None or whole.channels is not None
     value = (value.reshape(*shape, value.shape[-1]) + absent).astype(w.dtype)
     errors = integrals.error.reshape(shape)
-    if whole is not m:  # lobes of one side may have fewer channels, and no maps
-        shape = batch.full_shape(whole, w.shape[:-1])
-        value = np.broadcast_to(value, (*shape, max(value.shape[-1], whole.channels or 1)))
-        value = (value + with_holes(np.zeros((*shape, 1)), whole)).astype(w.dtype)
-        errors = np.broadcast_to(errors, shape)
+    if whole is not m:
+        value, errors = of_whole(value, errors, whole, w.shape[:-1])
     value = value if channels else value[..., 0][()]
     return Integral(value, errors[()]) if error else value
+
+
+def of_whole(
+    value: np.ndarray, errors: np.ndarray, whole: Reflectance, directions: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals (..., C) and errors (...) of the lobes of one side, which may have fewer channels and no maps, with the
+    axes and the holes of the whole."""
+    shape = batch.full_shape(whole, directions)
+    value = np.broadcast_to(value, (*shape, max(value.shape[-1], whole.channels or 1)))
+    value = (value + with_holes(np.zeros((*shape, 1)), whole)).astype(value.dtype)
+    return value, np.broadcast_to(errors, shape)
 
 
 def _delta(lobe: Reflectance, w: np.ndarray, incident: bool) -> Any:
