@@ -13,7 +13,7 @@ from libraries import thinned
 from materials import OBEDIENT, Draw, at_bounds, draws, on_sphere
 
 import gonio as gn
-from gonio.errors import MissingDataWarning, ParameterError, ToleranceWarning
+from gonio.errors import LeftOutWarning, MissingDataWarning, ParameterError, ToleranceWarning
 from gonio.integrals import by_polar_angle, factor_between, over_directions
 from gonio.integrals.cones import Cone, Rings, overlap
 from gonio.numerics import quadrature
@@ -987,3 +987,29 @@ def test_blue_sky_albedo_takes_angles_and_shares_of_pytorch():
     (slope,) = torch.autograd.grad(mixed, share)
     assert mixed.item() == pytest.approx(0.7 * black + 0.3 * white, rel=1e-9)
     assert slope.item() == pytest.approx(white - black, rel=1e-6)
+
+
+@pytest.mark.parametrize("of", [gn.absorptance, gn.fate])
+@pytest.mark.parametrize("wrap", [lambda m: m, lambda m: 0.5 * m + gn.Lambertian(0.2), gn.Coated, gn.Sheet])
+def test_light_that_facets_scatter_twice_is_told_where_it_counts_as_absorbed(of, wrap):
+    """Of white GGX facets at alpha = 1 ln 2 is lost at normal incidence, whatever these facets absorb."""
+    m = wrap(gn.Microfacet(gn.GGX(1.0), gn.Conductor(0.2, 3.9)))
+    with pytest.warns(LeftOutWarning, match=r"lost by Microfacet.*up to 0\.69 of the light") as said:
+        of(m, [0.0, 0.0, 1.0])
+    assert len(said) == 1
+
+
+@pytest.mark.parametrize(
+    "m",
+    [gn.Microfacet(gn.GGX(0.02)), gn.KullaConty(0.5), gn.Turquin(0.5), gn.KullaContyDielectric(0.5), gn.Lambertian()],
+)
+def test_where_facets_lose_nothing_nothing_is_told(m):
+    gn.absorptance(m, gn.direction([0.0, 1.0], 0.0))
+
+
+def test_white_facets_reflect_as_facets_of_a_white_metal():
+    for m in (gn.Microfacet(gn.Beckmann(0.4), 0.3), gn.RetroMicrofacet(gn.GGX(0.4), 0.3), gn.OpenPBRMetal(0.3)):
+        white = m.single_scatter
+        wi, wo = gn.direction(0.4, 0.3), gn.direction(0.7, [0.2, 3.0])
+        F = {"OpenPBRMetal": gn.OpenPBRMetal(1.0).f(wi, wo)}.get(type(m).__name__, m.f(wi, wo) / 0.3)
+        np.testing.assert_allclose(white.f(wi, wo), F, rtol=1e-12)

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import gonio as gn
-from gonio.cli import main
+from gonio.cli.commands import cli
 from gonio.errors import LeftOutWarning
 
 EVEN = gn.ConstantLight(1.0)
@@ -48,8 +48,9 @@ def test_what_is_let_through_lights_no_other_part():
     through, shadows = text.split("; ")
     assert "SmoothDielectric(eta=1.5) (part 2)" in through and "(part 1)" not in through
     assert "(part 1)" in shadows and "(part 2)" in shadows and "(part 0)" not in text
-    for arguments in ({"shape": gn.Mesh(BENT)}, {"ground": gn.Lambertian(0.5)}):
-        (text,) = told(lambda: gn.render(PANE, EVEN, **arguments, **SMALL))
+    bent, above = gn.Mesh(BENT), {"ground": gn.Lambertian(0.5)}
+    for call in (lambda: gn.render(PANE, EVEN, bent, **SMALL), lambda: gn.render(PANE, EVEN, **above, **SMALL)):
+        (text,) = told(call)
         assert text.startswith("render: what ThinDielectric(") and "as if it were opaque" in text
 
 
@@ -69,6 +70,6 @@ def test_where_nothing_is_left_out_nothing_is_said(m, shape):
 
 def test_the_command_line_says_it_once(tmp_path):
     arguments = ["render", "SmoothDielectric(1.5)", "-o", str(tmp_path / "glass.png"), "--size", "8", "--samples", "2"]
-    run = CliRunner().invoke(main, arguments)
+    run = CliRunner().invoke(cli, arguments)
     assert run.exit_code == 0, run.output
     assert run.output.count("gonio: warning: render: light goes through one surface") == 1

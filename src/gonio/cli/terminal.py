@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 import click
 
 from ..discover import docstring
-from ..errors import Error, ExpressionError, MissingDataWarning, visible
+from ..errors import Error, ExpressionError, LeftOutWarning, MissingDataWarning, visible
 from ..version import __version__
 
 BAD_INPUT, FAULT, INTERRUPTED, NOBODY_READS = 2, 70, 130, 141
@@ -161,7 +161,8 @@ def _announced_warnings() -> Iterator[None]:
         _say(f"gonio: warning: {_one_line(str(message))}")
 
     with warnings.catch_warnings():
-        warnings.simplefilter("default", MissingDataWarning)
+        for kind in (MissingDataWarning, LeftOutWarning):
+            warnings.simplefilter("default", kind)
         warnings.showwarning = show
         yield
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -125,24 +125,25 @@ class Patches:
     def halved(self, chosen: np.ndarray) -> Patches:
         """With these patches, numbers (k,), halved at the middle of their longest edges; second halves come last."""
         c = self.corners[chosen]
-        longest = np.argmax(_in_steps(np.linalg.norm(np.roll(c, -1, axis=1) - c, axis=2)), axis=1)
+        lengths = np.linalg.norm(np.roll(c, -1, axis=1) - c, axis=2)
+        longest = np.argmax(_in_steps(lengths, lengths.max(axis=1, keepdims=True)), axis=1)
         return self.split(chosen, longest, np.full(len(chosen), 0.5))
 
     def divided(self, count: int) -> Patches:
         """With the largest patches divided until there are `count`."""
         patches = self
         while len(patches) < count:
-            areas = _in_steps(patches.areas)
+            areas = _in_steps(patches.areas, patches.areas.max())
             large = np.flatnonzero(areas > 0.5 * areas.max())
             order = large[np.argsort(-areas[large], kind="stable")]
             patches = patches.halved(order[: count - len(patches)])
         return patches
 
 
-def _in_steps(x: np.ndarray) -> np.ndarray:
+def _in_steps(x: np.ndarray, largest: Any) -> np.ndarray:
     """Numbers in steps of a millionth of the largest or so: those that differ by rounding alone are equal. Halves and
     quarters of the largest are not between two steps."""
-    return np.round(x * (math.pi * 1e6 / x.max()))
+    return np.round(x * (math.pi * 1e6 / largest))
 
 
 def patches_of(scene: Scene) -> Patches:

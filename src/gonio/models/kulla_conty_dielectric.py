@@ -54,7 +54,8 @@ class KullaContyDielectric(BetweenMedia):
     >>> wi = gn.direction([0.0, 1.0, 2.0], 0.0)
     >>> print(gn.absorptance(gn.KullaContyDielectric(0.5, 1.5), wi).round(2) + 0.0)
     [0. 0. 0.]
-    >>> print(gn.absorptance(gn.RoughDielectric(gn.GGX(0.5), 1.5), wi).round(2))
+    >>> rough = gn.RoughDielectric(gn.GGX(0.5), 1.5)
+    >>> print((1.0 - gn.albedo(rough, wi) - gn.transmittance(rough, wi)).round(2))
     [0.03 0.11 0.37]
     """
 

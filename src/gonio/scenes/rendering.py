@@ -67,7 +67,8 @@ def render(
     ground: Reflectance | None = None,
     backdrop: bool = False,
 ) -> Image:
-    """A square picture of a lit shape, in linear RGB (or gray), with coverage as alpha.
+    """A square picture of a lit shape, in linear RGB (or gray), with coverage as straight alpha: `pixels` are means
+    over the covered part of a pixel, and before black the picture is `pixels * alpha[..., None]`.
 
     `shape`: "sphere" or another shape by its name (`docs/light.md` shows them), the file of a mesh, a `gn.Mesh`, or a
     `gn.Scene` of several with materials of their own, which `gn.render(scene)` shows without another; or a surface of
@@ -76,15 +77,17 @@ def render(
     unless a material is seen from behind too. `camera`: `gn.Camera` or `gn.OrthographicCamera`; by default it is far
     away, looks along +y, and sees the whole shape. `ground`: the material of a level plane under everything, which
     takes shadows; the default camera then looks down at it. `backdrop`: whether lights with extent are seen behind
-    everything, such as an environment; alpha is 1 then.
+    everything, such as an environment; alpha is 1 then. Meshes with their camera and lights may be anywhere, up to 1e7
+    of their sizes from the origin: they are moved to their own middle, in double precision.
 
     `lights`: a light or several; by default `EnvironmentLight.studio()`, and its luminance, alike in all channels, for
     materials whose channels are no colours (bands of a satellite, say), of which the picture has as many channels.
 
     Each pixel averages `samples` points within it, 32 where nobody says how many. Lights with extent are sampled by the
     material and, where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are
-    exact. There is no interreflection: what is seen is lit by lights alone. Spectral materials are turned into RGB,
-    under lights without a spectrum as daylight (D65) shows them; where lights are spectra,
+    exact. There is no interreflection: what is seen is lit by lights alone. Of what transmits one surface is seen, and
+    bodies shadow as if it were opaque: a LeftOutWarning names the parts that this matters for. Spectral materials are
+    turned into RGB, under lights without a spectrum as daylight (D65) shows them; where lights are spectra,
     `gn.ConstantLight(spectrum)`, the radiance is, whose colour is that of the light too. Wavelengths wholly outside the
     visible have no colour. `bands`: the three channels that are shown as red, green and blue, or the one that is shown
     in gray, by name or wavelength [nm] (`m.channel_names`); without it, channels named red, green and blue are.
