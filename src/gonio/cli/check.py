@@ -62,7 +62,8 @@ def check(
 
     LAWS
 
-    Exit code 1 if one of them does not hold; with --all, if one fails that
+    Exit code 1 if one of them does not hold, of a measurement by more than its
+    uncertainties explain; with --all, if one fails that
     the model does not declare to break.
     """
     if every == (material is not None):
@@ -116,7 +117,7 @@ def _check_all(as_json: bool) -> int:
 
 
 def _coloured(report: str) -> str:
-    for word, colour in (("  pass  ", "green"), ("  FAIL  ", "red")):
+    for word, colour in (("  pass  ", "green"), ("  not significant  ", "green"), ("  FAIL  ", "red")):
         report = report.replace(f"\n{word}", "\n" + click.style(word, fg=colour, bold=True))
     return report
 

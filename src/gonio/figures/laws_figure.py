@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GOOD, BAD, DECLARED, INK, GREY = "#00795a", "#d55e00", "#a97400", "#1f3f77", "#8a8a8a"
-COLOURS = {"pass": GOOD, "FAIL": BAD, "breaks": DECLARED}
+COLOURS = {"pass": GOOD, "not significant": GOOD, "FAIL": BAD, "breaks": DECLARED}
 LINES = [SEQUENCE[k] for k in (0, 2, 4, 5, 3)]
 
 
@@ -69,9 +69,10 @@ def _draw(figure: Any, m: Reflectance, report: Report) -> None:
 SHORTER = {
     "|jacobian - difference|": "error",
     "distance from a mirror": "distance",
+    "not significant": "n.s.",
     "largest excess of eigenvalues below 0 and of polarization above 1": "largest excess",
 }
-"""Words of findings that are too long for their panel."""
+"""Words of findings and verdicts that are too long for their panel."""
 
 
 def _verdicts(axes: Any, report: Report) -> None:
@@ -85,7 +86,7 @@ def _verdicts(axes: Any, report: Report) -> None:
         for words, fewer in SHORTER.items():
             finding = finding.replace(words, fewer)
         outside = {"va": "center", "in_layout": False}
-        axes.text(-0.08, y, law.verdict, color=COLOURS[law.verdict], weight="bold", **outside)
+        axes.text(-0.08, y, SHORTER.get(law.verdict, law.verdict), color=COLOURS[law.verdict], weight="bold", **outside)
         axes.text(0.1, y, law.name, **outside)
         axes.text(0.36, y, finding, fontsize=8.5, color="#444444", **outside)
 

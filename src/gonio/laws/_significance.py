@@ -1,7 +1,9 @@
-"""Whether a failure is more than the uncertainty of a measurement explains.
+"""Whether a failure is more than the uncertainty of a measurement explains: a verdict of all its values together.
 
-A verdict is that of the numbers. Beside it stands the standard uncertainty u of its number: by interpolation, and by
-the larger one of what independent errors and an error common to all values make, because files do not say which.
+A law fails where what was measured of a lawful surface would be less likely than `CHANCE`, and the breach is larger
+than a stated size; else it is not significant. Files say how large errors are, not which they share. So every value is
+taken to have an error of its own and a part in one that is common, each with all of its uncertainty: the sum of both
+covariances is above that of any mixture. Channels may share both: their chances are added up.
 """
 
 from __future__ import annotations
@@ -13,9 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.special import gammaincc, log_ndtr, ndtr
 
 from ..base.angles import direction
-from ..integrals.albedo import albedo
+from ..integrals.albedo import albedo, white_sky_albedo
 from ..integrals.cones import Hemisphere
 from ..integrals.nine import reflectance_factor
 from ..tables.gridded import Gridded
@@ -25,17 +28,15 @@ from ..tables.scattered import Scattered
 from ..uncertainty.functionals import Linear, Pairs, linear, named, pointwise
 from ..uncertainty.sensitivity import around, by_channel
 from ..uncertainty.table import TableErrors, has_uncertainty
-from ._probes import difference, pairs, values
+from . import cavity
+from ._probes import difference, incidence, largest, values
 from ._verdict import Law
 
-K = 2.0
-"""Coverage factor from which on a deviation counts as significant, at one place."""
+CHANCE = 1e-3
+"""Chance of a lawful surface below which a breach is significant."""
 
-FAR = 5.0
-"""The same, in u, for the largest of many: one of 10^5 normal errors lies beyond with a probability of 6 %."""
-
-PAIRS = 1 << 14
-"""Pairs of directions behind a share."""
+EFFECT = 1e-3
+"""Least size of a significant breach of reciprocity, of f, and of positivity, of the median of f."""
 
 SAME_PAIR = 1e-3
 """Distance [rad] up to which two measurements are of one pair of directions."""
@@ -43,7 +44,8 @@ SAME_PAIR = 1e-3
 MOST = 1 << 18
 """Values of a table, about, of which pairs that were measured both ways are looked for."""
 
-SIGNIFICANT = {True: "significant", False: "within the uncertainty"}
+NEAR = 3.0
+"""Standard uncertainties above 0 from which on a value says nothing about positivity."""
 
 
 def judged(m: Gridded, law: Law) -> Law:
@@ -52,50 +54,106 @@ def judged(m: Gridded, law: Law) -> Law:
     return law if judge is None or not math.isfinite(law.value) else judge(m, law)
 
 
-def _with_u(
-    law: Law, m: Gridded, at: int, over: float, of: Linear, value: np.ndarray, minus: Linear | None = None
-) -> Law:
-    """The verdict with the uncertainty of a linear result (1, C), or of a difference of such, in channel `at`, relative
-    to a number."""
+def _decided(law: Law, significant: bool, text: str) -> Law:
+    """The verdict of the set: what a table's class declares of single numbers is no reason for it."""
+    words = f"{text}: {'significant' if significant else 'not significant'}"
+    return replace(law, passed=not significant, significant=significant, declared="", significance=words)
+
+
+class Errors(NamedTuple):
+    """Standard uncertainties of a result: by errors of every value of its own, by one that is common to all, NaN where
+    unknown, and by interpolation."""
+
+    independent: float
+    common: float
+    interpolation: float
+
+    @property
+    def noise(self) -> float:
+        """The larger one of both ends: what a report quotes."""
+        return float(np.max([self.independent, self.common]))
+
+    def times(self, x: float) -> Errors:
+        return Errors(*(x * u for u in self))
+
+    def and_as_much(self, more: Errors) -> Errors:
+        """Of a sum, whose terms err alike."""
+        return Errors(*(a + b for a, b in zip(self, more, strict=True)))
+
+    def chance(self, excess: float, looks: int, channels: int) -> float:
+        """The chance that the largest of so many results exceeds its bound by this much: those of a channel have the
+        common error and that of interpolation in common."""
+        x, shared = np.linspace(-9.0, 9.0, 2001), math.hypot(self.common, self.interpolation)
+        beyond = (excess - x * shared) / max(self.independent, 1e-9 * excess)
+        one = np.exp(-0.5 * x * x) @ -np.expm1(looks * log_ndtr(beyond)) * (x[1] - x[0]) / math.sqrt(2.0 * math.pi)
+        return -math.expm1(channels * math.log1p(-min(one, 1.0 - 1e-15)))
+
+
+def _errors(m: Gridded, at: int, of: Linear, value: np.ndarray, minus: Linear | None = None) -> Errors:
+    """Those of a linear result (1, C), or of a difference of such, in channel `at`."""
     noises, interpolations = [], []
-    stated = has_uncertainty(m)
-    for correlation in ("independent", "common") if stated else (None,):
+    for correlation in ("independent", "common") if has_uncertainty(m) else (None,):
         errors = TableErrors(m, correlation)
-        interpolations.append(_norm(errors.interpolation(of, minus)[0, at]) / over)
-        noises.append(float(errors.noise(of, value, minus).u.reshape(value.shape)[0, at]) / over)
-    noise, interpolation = (float(np.max(x)) for x in (noises, interpolations))
-    u = math.hypot(noise, interpolation)
-    return replace(law, u=u, u_noise=noise if stated else None, u_interpolation=interpolation)
+        interpolations.append(float(np.sqrt((errors.interpolation(of, minus)[0, at] ** 2).sum())))
+        noises.append(float(errors.noise(of, value, minus).u.reshape(value.shape)[0, at]))
+    return Errors(noises[0], noises[-1], max(interpolations))
 
 
-def _norm(parts: np.ndarray) -> float:
-    return float(np.sqrt((parts**2).sum()))
+def _with(law: Law, errors: Errors, m: Gridded) -> Law:
+    u = math.hypot(errors.noise, errors.interpolation)
+    return replace(
+        law, u=u, u_noise=errors.noise if has_uncertainty(m) else None, u_interpolation=errors.interpolation
+    )
+
+
+def _of_integral(function: Callable, m: Gridded, *args: object) -> tuple[np.ndarray, int, Errors]:
+    """An integral (C,), the channel where it is largest, and its errors there."""
+    value = np.atleast_1d(function(m, *args, tolerance=1e-3))
+    of = linear(function, named(function, m, args, {}))
+    assert of is not None
+    at = int(np.nanargmax(value))
+    return value, at, _errors(m, at, of, value[None])
+
+
+def _exceeding(m: Gridded, law: Law, errors: Errors, excess: float, looks: int, channels: int) -> Law:
+    """The verdict of a number that exceeds 1; without stated uncertainties that of the number, unless interpolation
+    alone explains it."""
+    if law.passed or math.isnan(errors.noise):
+        return law
+    p = errors.chance(excess, looks, channels)
+    if not has_uncertainty(m) and p < CHANCE:
+        return law
+    u = math.hypot(errors.noise, errors.interpolation)
+    z = excess / u if u > 0.0 else math.inf
+    return _decided(law, p < CHANCE, f"exceeds 1 by {z:.2g} u, p = {p:.2g}")
 
 
 def _integral(function: Callable, *args: object) -> Callable[[Gridded, Law], Law]:
-    """The judge of an integral at one place; its value is the law's, but for the quadrature."""
+    """The judge of an integral at one place, the largest of several; its value is the law's, but for the quadrature."""
 
     def judge(m: Gridded, law: Law) -> Law:
         where = [math.radians(x) for x in law.where.values()]
         if len(where) != 2:
             return law
-        theta, phi = where
-        at = (*args, direction(theta, phi))
-        value = np.atleast_1d(function(m, *at, tolerance=1e-3))
-        of = linear(function, named(function, m, at, {}))
-        assert of is not None
-        law = _with_u(law, m, int(np.nanargmax(value)), 1.0, of, value[None])
-        if law.u is None or law.u_noise is None or math.isnan(law.u) or law.passed:
-            return law
-        z = (law.value - 1.0) / law.u if law.u > 0.0 else math.inf
-        return replace(law, significance=f"exceeds 1 by {z:.2g} u: {SIGNIFICANT[z > K]}")
+        value, _, errors = _of_integral(function, m, *args, direction(*where))
+        return _exceeding(m, _with(law, errors, m), errors, law.value - 1.0, len(incidence(m)), len(value))
 
     return judge
 
 
-def _some(m: Gridded) -> tuple[np.ndarray, np.ndarray]:
-    count = max(1 << 10, PAIRS // by_channel(m.stored, m).shape[1])
-    return pairs(min(count, PAIRS))
+def _cavity(m: Gridded, law: Law) -> Law:
+    """Radiance after k + 1 bounces errs, relative to itself, as a reflectance factor, and k times as the white-sky
+    albedo: light that was scattered comes from everywhere."""
+    if law.passed:
+        return law
+    mean, error = cavity.radiance(m)
+    _, (k, at, _) = largest(mean - 3.0 * error)
+    (first, c, errors), (later, d, more) = (
+        _of_integral(*of) for of in ((reflectance_factor, m, Hemisphere(), cavity.starts()[at]), (white_sky_albedo, m))
+    )
+    errors = errors.times(1.0 / first[c]).and_as_much(more.times(k / later[d]))
+    law = _with(law, errors.times(law.value), m)
+    return _exceeding(m, law, errors, math.log(law.value), cavity.STARTS, len(first))
 
 
 def _there(law: Law) -> tuple[np.ndarray, np.ndarray]:
@@ -109,16 +167,46 @@ def _positivity(m: Gridded, law: Law) -> Law:
         return law
     wi, wo = _there(law)
     f = values(m, wi, wo)
-    law = _with_u(law, m, int(np.nanargmin(f)), 1.0, pointwise(wi, wo), f)
-    if not has_uncertainty(m):
+    law = _with(law, _errors(m, int(np.nanargmin(f)), pointwise(wi, wo), f), m)
+    f, u = _measured(m)
+    if u is None:
         return law
-    wi, wo = _some(m)
-    many, of = values(m, wi, wo), pointwise(wi, wo)
-    u = np.maximum(*(TableErrors(m, how).noise(of, many).u for how in ("independent", "common")))
     with np.errstate(invalid="ignore", divide="ignore"):
-        z = -many / u.reshape(many.shape)
-    text = _shares(z, "the values", "are more than 2 u below 0", 0.023, "where f is 0", 0.5 * float(m.valid.sum()))
-    return replace(law, significance=text)
+        z = np.where(u > 0.0, -f / u, np.nan)
+    found = [_below(column[column > -NEAR]) for column in z.T]
+    if not any(n for n, *_ in found):
+        return law
+    n, chi2, worst, p = min(found, key=lambda channel: channel[-1])
+    p = min(1.0, z.shape[1] * p)
+    large = bool(-np.nanmin(f) > EFFECT * np.nanmedian(np.abs(f)))
+    text = f"of {n} values about or below 0: chi2 below 0 {chi2:.4g}, up to {0.5 * n:.4g} expected, the lowest by "
+    return _decided(law, p < CHANCE and large, f"{text}{worst:.2g} u, p = {p:.2g}")
+
+
+def _measured(m: Gridded) -> tuple[np.ndarray, np.ndarray | None]:
+    """f (n, C) as it was measured, and its standard uncertainty."""
+    f, u = m.row_brdf() if isinstance(m, Scattered) else (m.brdf(), m.brdf_uncertainty())
+    return by_channel(f, m), None if u is None else by_channel(u, m)
+
+
+def _below(z: np.ndarray) -> tuple[int, float, float, float]:
+    """The number of values, their chi-square below 0 beside the common error that explains them best, the largest z, and
+    the least chance of these and of the mean where all true values are 0, of the three together."""
+    if not z.size:
+        return 0, 0.0, 0.0, 1.0
+    shared = 0.0
+    for _ in range(50):  # the values below 0 lie on average by `shared` lower, as far as it is likely itself
+        low = z[z > shared]
+        shared, before = low.sum() / (1.0 + low.size), shared
+        if shared == before:
+            break
+    n, worst = z.size, float(z.max())
+    chi2 = float((np.maximum(z - shared, 0.0) ** 2).sum() + shared**2)
+    mean, variance = 0.5 * n + 1.0, 1.25 * n + 2.0  # of squares of the half of normal errors above 0, and of a whole
+    by_all = float(gammaincc(mean**2 / variance, chi2 * mean / variance))
+    by_one = -math.expm1(n * float(log_ndtr(worst / math.sqrt(2.0))))
+    by_mean = float(ndtr(-z.mean() / math.sqrt(1.0 + 1.0 / n)))
+    return n, chi2, worst, 3.0 * min(by_all, by_one, by_mean)
 
 
 def _reciprocity(m: Gridded, law: Law) -> Law:
@@ -129,39 +217,83 @@ def _reciprocity(m: Gridded, law: Law) -> Law:
     channel = int(difference(there, back)[0].argmax())
     mean = 0.5 * float(np.abs(there[0, channel]) + np.abs(back[0, channel]))
     if mean > 0.0:
-        law = _with_u(law, m, channel, mean, pointwise(wi, wo), there - back, pointwise(wo, wi))
+        errors = _errors(m, channel, pointwise(wi, wo), there - back, pointwise(wo, wi))
+        law = _with(law, errors.times(1.0 / mean), m)
     pairs = both_ways(m)
     if not len(pairs.f):
-        return replace(law, significance="no pair was measured both ways: the difference is one of interpolation")
-    what = f"the {len(pairs.f)} pairs that were measured both ways"
-    if pairs.u is None:
+        return _decided(law, False, "no pair was measured both ways, the difference is one of interpolation")
+    if pairs.u is None or pairs.u_back is None:
         half = float(np.nanmedian(difference(pairs.f, pairs.back)))
-        return replace(
-            law, significance=f"of {what} half differ by more than {half:.2g} of f; no uncertainty is stated"
-        )
-    with np.errstate(invalid="ignore", divide="ignore"):
-        z = np.where(pairs.u > 0.0, np.abs(pairs.f - pairs.back) / pairs.u, np.nan)
-    text = _shares(z, what, "differ by more than 2 u", 0.046, "of a reciprocal surface", float(np.isfinite(z).sum()))
-    return replace(law, significance=text)
+        text = f"of the {len(pairs.f)} pairs that were measured both ways half differ by more than {half:.2g} of f"
+        return replace(law, significance=f"{text}; no uncertainty is stated")
+    found = [_differing(*one) for one in zip(*(x.T for x in pairs), strict=True)]
+    if not any(channel.n for channel in found):
+        return law
+    worst = min(found, key=lambda channel: channel.chance)
+    chances = [len(found) * p for p in (worst.by_all, worst.by_one)]
+    significant = any(
+        2.0 * p < CHANCE and size > EFFECT for p, size in zip(chances, (worst.rms, worst.off), strict=True)
+    )
+    text = (
+        f"of {len(pairs.f)} pairs that were measured both ways, which differ by {worst.rms:.2g} of f: chi2 "
+        f"{worst.chi2:.4g} of {worst.n}, the largest difference {worst.z:.2g} u, p = {min(1.0, 2.0 * min(chances)):.2g}"
+    )
+    return _decided(law, significant, text)
+
+
+class Differing(NamedTuple):
+    """How far n pairs of a channel differ: chi-square, its chance, and the difference in all, of f, weighted by 1/u^2;
+    the largest in u, its chance, and it, of f."""
+
+    n: int
+    chi2: float
+    by_all: float
+    rms: float
+    z: float
+    by_one: float
+    off: float
+
+    @property
+    def chance(self) -> float:
+        return min(self.by_all, self.by_one)
+
+
+def _differing(f: np.ndarray, back: np.ndarray, u: np.ndarray, u_back: np.ndarray) -> Differing:
+    """Of the values (n,) of pairs; a common error leaves the difference of its parts in both."""
+    both = np.hypot(u, u_back)
+    known = np.isfinite(f - back) & (both > 0.0)
+    n, both = int(known.sum()), both[known]
+    if not n:
+        return Differing(0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0)
+    apart, mean = np.abs(f - back)[known] / both, 0.5 * np.abs(f + back)[known] / both
+    shared = (np.sign(f - back) * (u - u_back))[known] / both
+    chi2 = float(apart @ apart - (apart @ shared) ** 2 / (1.0 + shared @ shared))  # of the matrix 1 + shared shared^T
+    z = apart / np.sqrt(1.0 + shared * shared)
+    k = int(z.argmax())
+    by_one = -math.expm1(n * math.log1p(-min(2.0 * float(ndtr(-z[k])), 1.0 - 1e-15)))
+    rms = math.sqrt(float(apart @ apart) / max(float(mean @ mean), 1e-300))
+    return Differing(
+        n, chi2, float(gammaincc(0.5 * n, 0.5 * chi2)), rms, float(z[k]), by_one, float(apart[k] / max(mean[k], 1e-300))
+    )
 
 
 class BothWays(NamedTuple):
-    """f (n, C) of pairs, of the pairs with the directions exchanged, and standard uncertainties of the difference."""
+    """f (n, C) of pairs, of the pairs with the directions exchanged, and the standard uncertainties of both."""
 
     f: np.ndarray
     back: np.ndarray
     u: np.ndarray | None
+    u_back: np.ndarray | None
 
 
 def both_ways(m: Gridded) -> BothWays:
     """The pairs of directions that were measured both ways, each once; of large tables of some of them."""
     if isinstance(m, Scattered):
-        (f, u), exchanged = m.row_brdf(), m.rows[:, [2, 3, 0, 1]]
+        exchanged = m.rows[:, [2, 3, 0, 1]]
         places, turned = (places_of(rows, m.is_oriented(), m.is_mirrored) for rows in (m.rows, exchanged))
         distance, back = KDTree(places).query(turned)
         there, found = np.arange(len(places)), distance < SAME_PAIR
     else:
-        f, u = m.brdf(), m.brdf_uncertainty()
         there = np.arange(0, math.prod(map(len, m.axes.values())), 1 + m.valid.size // MOST)
         wi, wo = (w.reshape(-1, 3)[there] for w in m.directions())
         up = above(wi, wo)
@@ -176,29 +308,11 @@ def both_ways(m: Gridded) -> BothWays:
         pole = np.minimum(wi[:, 2], wo[:, 2]) > 1.0 - SAME_PAIR**2
         azimuth = np.array([bool(axis.period) for axis in m.layout])[:, None]
         found = np.all((np.array(away) < SAME_PAIR) | azimuth & pole, axis=0)
-    f = by_channel(f, m)
+    f, u = _measured(m)
     once = found & (there < back) | found & ~np.isin(back, there)
     once &= there != back
-    u = None if u is None else np.hypot(by_channel(u, m)[there[once]], by_channel(u, m)[back[once]])
-    return BothWays(f[there[once]], f[back[once]], u)
-
-
-def _shares(z: np.ndarray, what: str, do: str, expected: float, when: str, independent: float) -> str:
-    """The share of deviations, in standard uncertainties, that are large, and whether errors explain it.
-
-    Of the deviations, however many are interpolated, only as many as the table has values are `independent`: the
-    expected share gets three standard deviations of a binomial distribution.
-    """
-    quoted = z[~np.isnan(z)]
-    if quoted.size == 0:
-        return f"of {what} no uncertainty is known"
-    share, most = float((quoted > K).mean()), float(quoted.max())
-    most_expected = expected + 3.0 * math.sqrt(expected * (1.0 - expected) / max(1.0, independent))
-    significant = share > most_expected or most > FAR
-    return (
-        f"{share:.1%} of {what} {do} (up to {expected:.1%} {when}, by normal errors), the worst by {most:.2g} u: "
-        f"{SIGNIFICANT[significant]}"
-    )
+    ways = there[once], back[once]
+    return BothWays(*(f[way] for way in ways), *(None if u is None else u[way] for way in ways))
 
 
 _JUDGES: dict[str, Callable[[Gridded, Law], Law]] = {
@@ -206,4 +320,5 @@ _JUDGES: dict[str, Callable[[Gridded, Law], Law]] = {
     "reciprocity": _reciprocity,
     "energy": _integral(albedo),
     "furnace": _integral(reflectance_factor, Hemisphere()),
+    "cavity": _cavity,
 }

@@ -17,7 +17,8 @@ class Law:
 
     `why` describes a failure, `declared` is the reason that the material's class gives for it. `u` is the standard
     uncertainty of `value` for a measured table (NaN: unknown), of the components `u_noise` (None: no uncertainties of
-    values are stated) and `u_interpolation`, and `significance` says whether a failure is more than u explains.
+    values are stated) and `u_interpolation`. Where uncertainties decide, `significant` says how: a breach that they may
+    explain is False, and does not fail; `significance` gives the reason.
     """
 
     _repr_html_ = repr_html
@@ -34,11 +35,15 @@ class Law:
     u_noise: float | None = None
     u_interpolation: float | None = None
     significance: str = ""
+    significant: bool | None = None
 
     @property
     def verdict(self) -> str:
-        """ "pass", "breaks" where the law fails as the class declares, "FAIL" where it fails otherwise."""
-        return "pass" if self.passed else "breaks" if self.declared else "FAIL"
+        """ "pass", "not significant" of a measurement whose errors may explain the breach, "breaks" where the law fails
+        as the class declares, "FAIL" where it fails otherwise."""
+        if self.passed:
+            return "not significant" if self.significant is False else "pass"
+        return "breaks" if self.declared else "FAIL"
 
     @property
     def finding(self) -> str:
@@ -93,7 +98,7 @@ class Report:
 
     @property
     def passed(self) -> bool:
-        """Whether every law holds.
+        """Whether every law holds, as far as the uncertainties of a measurement tell.
 
         Example
         >>> print(gn.check(gn.Lambertian(0.5), laws=["energy"]).passed)
@@ -114,7 +119,7 @@ class Report:
 
     @property
     def verdicts(self) -> dict[str, str]:
-        """Law -> "pass", "breaks" or "FAIL"; laws that do not apply are left out.
+        """Law -> "pass", "not significant", "breaks" or "FAIL"; laws that do not apply are left out.
 
         Example
         >>> print(gn.check(gn.OriginalPhong(0.2), laws=["reciprocity"]).verdicts)
@@ -139,11 +144,12 @@ class Report:
         lines = [self.material]
         width = max((len(law.name) for law in self.laws), default=0)
         room = max((len(law.finding) for law in self.laws), default=0)
-        indent = " " * (10 + width)
+        words = [law.verdict if law.passed else "FAIL" for law in self.laws]
+        column = max(map(len, words), default=0)
+        indent = " " * (6 + column + width)
         first: dict[str, str] = {}  # reason -> the first law that it is declared for
-        for law in self.laws:
-            verdict = "pass" if law.passed else "FAIL"
-            lines.append(f"  {verdict}  {law.name:<{width}}  {law.finding:<{room}}  {law.place}".rstrip())
+        for word, law in zip(words, self.laws, strict=True):
+            lines.append(f"  {word:<{column}}  {law.name:<{width}}  {law.finding:<{room}}  {law.place}".rstrip())
             reason = f"as for {first[law.declared]}" if law.declared in first else law.declared
             first.setdefault(law.declared, law.name)
             declared = f"declared: {reason}" if law.declared else ""

@@ -23,7 +23,7 @@ from . import _sphere
 from ._html import Cut, Raw, block, code, image, items, paragraph, sparkline, table, text
 from ._things import html_of, short
 
-MARKS = {"pass": "✓", "breaks": "○", "FAIL": "✗"}
+MARKS = {"pass": "✓", "not significant": "≈", "breaks": "○", "FAIL": "✗"}
 """Signs of verdicts, for those who see no colours."""
 
 

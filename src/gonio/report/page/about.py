@@ -32,7 +32,7 @@ class About(Told):
             cards.append((f"largest f, light from {angle(middle['theta_i'])}", f"{n(middle['peak'], 3)} sr⁻¹"))
         if one["laws"]:
             laws = one["laws"]["laws"]
-            held = sum(law["verdict"] == "pass" for law in laws)
+            held = sum(law["passed"] for law in laws)
             kind = "pass" if one["laws"]["passed"] else "breaks" if one["laws"]["lawful"] else "fail"
             cards.append(("laws that hold", f'<span class="verdict {kind}">{held} of {len(laws)}</span>'))
         if one["colour"] and one["colour"]["patches"]:

@@ -209,6 +209,7 @@ def _laws(m: Reflectance, progress: Callable[[int, int], None]) -> dict[str, Any
         {
             "name": law.name,
             "verdict": law.verdict,
+            "passed": law.passed,
             "statement": statements[law.name],
             "value": law.value,
             "tolerance": law.tolerance,
@@ -302,10 +303,10 @@ def summarised(several: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
             "albedo": mean,
             "white_sky": float(np.mean(one["albedo"]["white_sky"]["values"])) if one["albedo"] else None,
             "peak": peaks[middle] if middle is not None else None,
-            "laws_held": sum(law["verdict"] == "pass" for law in laws["laws"]) if laws else None,
+            "laws_held": sum(law["passed"] for law in laws["laws"]) if laws else None,
             "laws": len(laws["laws"]) if laws else None,
             "lawful": bool(laws and laws["lawful"]),
-            "failed": [law["name"] for law in laws["laws"] if law["verdict"] != "pass"] if laws else [],
+            "failed": [law["name"] for law in laws["laws"] if not law["passed"]] if laws else [],
             "nearest": nearest[0]["name"] if nearest else None,
             "colour": one["colour"]["patches"][0]["hex"] if one["colour"] and one["colour"]["patches"] else None,
         })  # fmt: skip

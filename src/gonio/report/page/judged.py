@@ -12,6 +12,7 @@ from .typeset import typeset
 
 VERDICTS = {
     "pass": ("pass", "✓ holds"),
+    "not significant": ("pass", "≈ not significant"),
     "breaks": ("breaks", "◆ breaks, as declared"),
     "FAIL": ("fail", "✗ fails"),
 }
