@@ -47,8 +47,8 @@ def source(
 
     Directions are unit vectors in the local frame, z the normal; both leave the surface. Values are RGB or whatever the
     channels of the material are: a number, a vector of two to four, else an array. What is used twice is computed once.
-    Tables of up to 256 numbers stand in the text; larger ones are textures, buffers or pointers, see `Source.tables`. Of
-    fluorescence f has the light that keeps its wavelength; `m.under(E)` has the other too, under light of a spectrum E.
+    Tables of up to 256 numbers stand in the text; larger ones are textures, buffers or pointers, see `Source.tables`.
+    Of fluorescence f has the light that keeps its wavelength; `m.under(E)` has the other too, under a spectrum E.
 
     Units   f: 1/sr; angles of parameters: radians.
     Error   of float32: against `m.f` of float32 arrays about 1e-6 of the value; docs/source.md has the measured sizes.
