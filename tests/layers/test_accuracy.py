@@ -21,7 +21,7 @@ def both_sides(w):
     return np.concatenate([w, w * [1.0, 1.0, -1.0]])
 
 
-# Where particles scatter backwards the forward side has a thousandth of the peak; of -0.95 DISORT's own error is 1.9e-3.
+# Of backward particles the forward side has a thousandth of the peak; at -0.95 DISORT's own error there is 1.9e-3.
 ERROR = {-0.95: 3e-3, -0.8: 1.5e-3}
 
 

@@ -67,9 +67,11 @@ NOT_OF_MATERIALS = {"roughness.alpha_from_beckmann_m": "its m is Beckmann's numb
 def public() -> Iterator[tuple[str, Callable[..., Any]]]:
     for name in gn.__all__:
         thing = getattr(gn, name)
-        inner = vars(thing).items() if isinstance(thing, types.ModuleType) else ()
-        own = [(f"{name}.{k}", x) for k, x in inner if not k.startswith("_") and getattr(x, "__module__", "").startswith(thing.__name__)]
-        yield from ((k, x) for k, x in [(name, thing), *own] if inspect.isfunction(x))
+        if inspect.isfunction(thing):
+            yield name, thing
+        if isinstance(thing, types.ModuleType):
+            own = (x for k, x in vars(thing).items() if not k.startswith("_") and inspect.isfunction(x))
+            yield from ((f"{name}.{x.__name__}", x) for x in own if x.__module__.startswith(thing.__name__))
 
 
 def faces() -> list[str]:

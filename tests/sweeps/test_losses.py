@@ -41,15 +41,16 @@ def written(name: str, kind: str, folder: Path) -> tuple[str, Any, Any]:
     known = options(module.write)
     given = {k: v for k, v in SMALL.items() if k in known}
     suffix = module.SUFFIXES[0] if getattr(module, "SUFFIXES", ()) else ""
-    text = ", ".join([f'gn.convert(m, folder / "m{suffix}", format={name!r}', *(f"{k}={v!r}" for k, v in given.items())])
+    more = "".join(f", {k}={v!r}" for k, v in given.items())
+    text = f'gn.convert(m, folder / "m{suffix}", format={name!r}{more})'
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         try:
             report = gn.convert(m, folder / f"m{suffix}", format=name, **given)
         except gn.Error as error:
-            assert "a fault of gonio" not in str(error), f"{error}; m = {KINDS[kind]}; {text})"
+            assert "a fault of gonio" not in str(error), f"{error}; m = {KINDS[kind]}; {text}"
             report = None
-    return f"m = {KINDS[kind]}\nprint({text}))", m, report
+    return f"m = {KINDS[kind]}\nprint({text})", m, report
 
 
 def pairs() -> list[Any]:

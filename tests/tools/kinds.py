@@ -23,8 +23,8 @@ KINDS = {
     "delta across": "gn.ThinDielectric(1.5)",
     "layered": "gn.Stack([gn.Interface(1.5), gn.Medium(1.0, [0.9, 0.5, 0.2], 0.5)], gn.Lambertian(0.5))",
     "measured with holes": (
-        "gn.Gridded('angles', {'theta_i': np.radians([0.0, 30.0, 60.0]), 'theta_o': np.radians([0.0, 30.0, 60.0, 80.0]), "
-        "'phi': np.radians([0.0, 90.0, 180.0])}, np.where(np.eye(12).reshape(3, 4, 12)[..., :3] > 0.0, np.nan, 0.2))"
+        "gn.Gridded('angles', {'theta_i': np.radians([0, 30, 60]), 'theta_o': np.radians([0, 30, 60, 80]), "
+        "'phi': np.radians([0, 90, 180])}, np.where(np.eye(12).reshape(3, 4, 12)[..., :3] > 0.0, np.nan, 0.2))"
     ),
     "rows": "gn.Scattered(0.1, 0.0, np.linspace(0.0, 1.2, 30), np.linspace(0.0, 3.0, 30), np.full(30, 0.3))",
 }

@@ -123,7 +123,7 @@ class Calls(Hooks):
         inputs = {"wi": 0, "wo": 1}
         expected = f"expected one of {listed([*leaves, *inputs])}"
         try:
-            variables = list(self._with_slopes() if by is None else [by] if isinstance(by, str) else by)
+            variables = list(self._differentiable() if by is None else [by] if isinstance(by, str) else by)
         except TypeError:
             raise ParameterError(f"jacobian(by={shown(by)}): {expected}, or a list of them") from None
         for path in variables:
@@ -142,7 +142,7 @@ class Calls(Hooks):
             if isinstance(field, Part) and isinstance(x := self.__dict__[name], Calls):
                 yield from x._without_slopes(f"{prefix}{name}.")
 
-    def _with_slopes(self) -> list[str]:
+    def _differentiable(self) -> list[str]:
         """The paths of all parameters with derivatives."""
         return [path for path in self.parameters if not path.startswith((*self._without_slopes(),))]
 
