@@ -34,7 +34,7 @@ CALLS = {
     "formats.save": 'gn.save(m, folder / "m.csv")',
     "nearest": 'gn.nearest(m, among={"matt": gn.Lambertian(0.3), "white": gn.Lambertian(0.9)})',
     "picture_jacobian": "gn.picture_jacobian(m, by=list(m.parameters)[:1], size=8, samples=1)",
-    "plan": "gn.plan(m, 4, starts=1)",
+    "plan": "gn.plan(m, 2, starts=1, by=list(m.parameters)[:1], per_channel=False)",
     "reconstruct": "gn.reconstruct(m)",
     "reflectance_basis": "gn.reflectance_basis([m, gn.Lambertian(0.5)], 1, resolution=(6, 6, 4))",
     "render": "gn.render(m, size=8, samples=1)",

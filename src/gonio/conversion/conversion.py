@@ -23,6 +23,7 @@ from ..models._quarters import QUARTERS, quarters
 from ..models.lambertian import Lambertian
 from ..notebooks import repr_html
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
+from ..polarization.states import dop
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named
 from .comparison import Channels, ResamplingError, lattice_pairs, pairs_for, resampling_error
@@ -199,6 +200,9 @@ def _names(m: Reflectance) -> tuple | None:
     return channels_named(count)
 
 
+POLARISED = 1 << 10
+"""Pairs of directions at which polarisation is looked for."""
+
 COLOURS = {("R", "G", "B"), XYZ, RELATIVE_XYZ}
 
 
@@ -246,9 +250,10 @@ def _differences(m: Reflectance, made: Reflectance) -> tuple[dict[str, str], dic
         lost["formula"] = "became a table of " + " x ".join(map(str, made.valid.shape)) + " numbers"
     _channels(_names(m), _names(made), lost, gained)
     _holes(m, made, lost, gained)
-    for name, what in (("uncertainty", "standard uncertainty of the values"), ("mueller", "polarisation")):
-        if getattr(m, name, None) is not None and getattr(made, name, None) is None:
-            lost[name] = what
+    if getattr(m, "uncertainty", None) is not None and getattr(made, "uncertainty", None) is None:
+        lost["uncertainty"] = "standard uncertainty of the values"
+    if m.polarizes and not made.polarizes:
+        lost["mueller"] = f"polarisation: unpolarised light is up to {percent(_polarised(m))} polarised after it"
     if isinstance(m, Measured):
         about = made.about if isinstance(made, Measured) else {}
         missing = [name for name, value in m.about.items() if name not in about or str(about[name]) != str(value)]
@@ -272,6 +277,12 @@ def _channels(before: tuple | None, after: tuple | None, lost: dict[str, str], g
         shown = ", ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in gone[:6])
         kept = "one without a name" if after is None else f"{len(after)}"
         lost["channels"] = f"{shown}{' ...' if len(gone) > 6 else ''}; the file has {kept}"
+
+
+def _polarised(m: Reflectance) -> float:
+    """The largest degree of polarisation of unpolarised light that was reflected, at spread pairs of directions."""
+    M = m.mueller(*lattice_pairs(min(POLARISED, pairs_for(m)))).reshape(-1, 4, 4)
+    return float(np.nanmax(dop(M[M[:, 0, 0] > 0.0][..., 0]), initial=0.0))
 
 
 def _holes(m: Reflectance, made: Reflectance, lost: dict[str, str], gained: dict[str, str]) -> None:
