@@ -61,7 +61,10 @@ CALLS = {
 DIRECTIONS = re.compile(r"w|wi|wo|(theta|phi)(_.)?|incident|collected|directions?|views?")
 FIRST = re.compile(r"m|materials?|data")
 MORE = ("notebooks", "radiosity", "at", "under", "json")
-NOT_OF_MATERIALS = {"roughness.alpha_from_beckmann_m": "its m is Beckmann's number"}
+NOT_OF_MATERIALS = {
+    "roughness.alpha_from_beckmann_m": "its m is Beckmann's number",
+    "formats.write": "`save`, for those who have a format's module",
+}
 
 
 def public() -> Iterator[tuple[str, Callable[..., Any]]]:
