@@ -222,15 +222,20 @@ def hold(call: Call, m: gn.Reflectance, expected: list[np.ndarray] | _Refused, p
     if isinstance(found, _Refused) or isinstance(expected, _Refused):
         assert found == expected, f"{_lines(call, m, count, 0)}\none of the two is refused: {found}; {expected}"
         return
+    largest = max(_largest(y) for y in expected)
     for x, y in zip(found, expected, strict=True):
         shape = (count, *y.shape[1:]) if number else y.shape
         assert x.shape == shape, f"{_lines(call, m, count, 0)}\nshape {x.shape}, expected {shape}"
         x, y = (1.0 * x[places[:number]], 1.0 * y[:number]) if number else (x, y)
-        size = np.maximum(1.0, np.abs(y)) if call.integral else max(1e-300, np.nanmax(np.abs(y), initial=0.0))
+        size = np.maximum(1.0, np.abs(y)) if call.integral else max(1e-300, _largest(y), 1e-4 * largest)
         off = np.where(np.isnan(x) | np.isnan(y), np.isnan(x) != np.isnan(y), np.abs(x - y) / size)
         if (off > (TOLERANCE if call.integral else EXACT)).any():
             worst = places[np.unravel_index(np.argmax(off), off.shape)[0]] if number else 0
             raise AssertionError(f"{_lines(call, m, count, worst)}\n{x}\nexpected\n{y}")
+
+
+def _largest(x: np.ndarray) -> float:
+    return float(np.nanmax(np.abs(x), initial=0.0))
 
 
 def _lines(call: Call, m: gn.Reflectance, count: int, k: int) -> str:
