@@ -1,4 +1,6 @@
-"""What must not change a result, or change it in a known way: for everything that takes a material and directions."""
+"""What must not change a result, or changes it in a known way: for everything that takes a material and directions, of
+gonio.base, gonio.integrals, gonio.remote_sensing, gonio.repair and whatever else.
+"""
 
 from __future__ import annotations
 

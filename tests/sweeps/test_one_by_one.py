@@ -1,7 +1,8 @@
 """One by one as all at once: a call with many directions and channels gives what calls with one of each give.
 
-Every public function and method that takes a material and directions is in this sweep by existing; how one is called
-whose arguments the names do not tell, `CALLS` says. A failure ends with three lines of Python that repeat it.
+Every public function and method that takes a material and directions is in this sweep by existing, of gonio.base,
+gonio.integrals, gonio.remote_sensing, gonio.repair and whatever else. A failure ends with three lines of Python that
+repeat it.
 """
 
 from __future__ import annotations
@@ -44,8 +45,8 @@ def test_every_function_of_a_material_and_directions_is_in_the_sweep():
         known = {"m", *GIVEN, *(k for more in CALLS.get(name, ()) for k in more)}
         assert name in OF_ALL_DIRECTIONS or needed <= known, (
             f"{owner}.{name} takes a material and directions, and the sweep does not know what to give for "
-            f"{sorted(needed - known)}: write it into GIVEN (one for each direction) or CALLS (the same for all), or, "
-            f"if its result is one for all directions, the reason into OF_ALL_DIRECTIONS"
+            f"{sorted(needed - known)}: write it into GIVEN (one for each direction) or CALLS (the same for all) of "
+            f"tests/tools/directed.py, or, if its result is one for all directions, the reason into OF_ALL_DIRECTIONS"
         )
     assert {*CALLS, *OF_ALL_CHANNELS, *OF_ALL_DIRECTIONS} <= set(found), "these are gone, or take no directions"
 
