@@ -92,7 +92,7 @@ def _in_panels(
     """Groups of integrals for directions (n, 3), each with the numbers of these."""
     up = np.flatnonzero(w[:, 2] > HORIZON)
     theta = np.arctan2(np.hypot(w[up, 0], w[up, 1]), w[up, 2])
-    order = np.argsort(theta)
+    order = np.argsort(theta, kind="stable")  # falling: they come by their cosines
     rows, theta = up[order], theta[order]
     start, end = theta[0], np.nextafter(theta[-1], math.inf)
     edges = np.unique([*np.linspace(start, end, FIRST + 1), *bends[(bends > start) & (bends < end)]])
