@@ -28,8 +28,10 @@ def absorptance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = 
     >>> print(gn.absorptance(gn.Lambertian(0.3), [0, 0, 1]).round(4))
     0.7
     """
-    tell_of_lost_light("absorptance", m, wi)
     if not error:
-        return 1.0 - albedo(m, wi, tolerance) - transmittance(m, wi, tolerance)
+        A = 1.0 - albedo(m, wi, tolerance) - transmittance(m, wi, tolerance)
+        tell_of_lost_light("absorptance", m, wi)
+        return A
     R, T = albedo(m, wi, tolerance, error=True), transmittance(m, wi, tolerance, error=True)
+    tell_of_lost_light("absorptance", m, wi)
     return Integral(1.0 - R.value - T.value, R.error + T.error)

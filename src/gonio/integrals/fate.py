@@ -54,6 +54,6 @@ def fate(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Fate:
     >>> print(*(x.round(3) for x in gn.fate(leaf, [0, 0, 1])))
     0.1 0.2 0.7
     """
-    tell_of_lost_light("fate", m, wi)
     R, T = albedo(m, wi, tolerance), transmittance(m, wi, tolerance)
+    tell_of_lost_light("fate", m, wi)
     return Fate(R, T, 1.0 - R - T)
