@@ -112,6 +112,7 @@ def without_embree(monkeypatch):
 def same_light(method, count, places):
     room = room_with_a_sheet()
     here = gn.radiosity(room, count, method, tolerance=0.05)
+    np.testing.assert_allclose(here.balance, 1.0, rtol=0.05)
     assert here.escaped[0] == 0.0 and here.irradiance[here.part == 0].min() > 0.05
     for shift, scale in places:
         there = gn.radiosity(moved(room, shift, scale), count, method, tolerance=0.05)
@@ -122,7 +123,7 @@ def same_light(method, count, places):
 
 
 def test_light_by_rays_is_the_same_wherever_a_room_is():
-    same_light("rays", 150, ((1e3, 1.0), (1e5, 1e-9), (1e7, 1.0), (0.0, 1e9)))
+    same_light("rays", 100, ((1e3, 1.0), (1e5, 1e-9), (1e7, 1e9)))
 
 
 def test_light_by_rays_of_the_own_tree_is_the_same_wherever_a_room_is(without_embree):
@@ -143,7 +144,7 @@ def test_pictures_and_files_of_light_are_the_same_wherever_a_room_is(tmp_path):
     trimesh = pytest.importorskip("trimesh")
     pictures = []
     for shift in (0.0, 1e7):
-        light = gn.radiosity(moved(room_with_a_sheet(), shift), 100, "rays", tolerance=0.1)
+        light = gn.radiosity(moved(room_with_a_sheet(), shift), 60, "rays", tolerance=0.1)
         pictures.append(light.image(shift * AWAY + [0.5, -2.0, 0.5], shift * AWAY + 0.5, size=16))
         light.save(tmp_path / "light.ply")
         mesh = trimesh.load(tmp_path / "light.ply", process=False)
@@ -163,10 +164,9 @@ def test_what_leaves_by_a_missing_wall_is_missing_in_the_balance():
 
 
 def test_backs_absorb_and_let_nothing_escape():
-    for method in ("rays", "dense"):
-        light = gn.radiosity(room_with_a_sheet(), 150, method)
-        assert light.escaped[0] < 1e-12
-        np.testing.assert_allclose(light.balance, 1.0, rtol=0.01)
+    light = gn.radiosity(room_with_a_sheet(), 150, "rays")
+    assert light.escaped[0] == 0.0
+    np.testing.assert_allclose(light.balance, 1.0, rtol=0.01)
 
 
 def test_a_closed_room_that_loses_light_says_so():

@@ -34,7 +34,10 @@ def told(call):
         lambda: gn.render_stokes(GLASS, gn.DistantLight([0.0, -1.0, 0.0]), **SMALL),
         lambda: gn.picture_jacobian(gn.RoughDielectric(gn.GGX(0.2), 1.5), EVEN, "alpha_x", **SMALL),
         lambda: gn.turntable(GLASS, lights=EVEN, frames=2, **SMALL),
-        lambda: gn.figures.gallery([GLASS], {"even": EVEN, "half": gn.ConstantLight(0.5)}, **SMALL),
+        pytest.param(
+            lambda: gn.figures.gallery([GLASS], {"even": EVEN, "half": gn.ConstantLight(0.5)}, **SMALL),
+            marks=pytest.mark.full,
+        ),
     ],
 )
 def test_solid_glass_has_one_surface(call):

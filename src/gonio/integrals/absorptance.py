@@ -29,6 +29,6 @@ def absorptance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = 
     >>> print(gn.absorptance(gn.Lambertian(0.3), [0, 0, 1]).round(4))
     0.7
     """
-    tell_of_lost_light("absorptance", m, wi)
     R, T = leaving(m, wi, tolerance, error)
+    tell_of_lost_light("absorptance", m, wi)
     return Integral(1.0 - R.value - T.value, R.error + T.error) if error else 1.0 - R - T

@@ -60,8 +60,8 @@ def fate(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Fate:
     >>> print(gn.fate(ink, [0, 0, 1]).absorbed.round(3))  # gn.photon_albedo counts photons
     [0.5 0.4]
     """
-    tell_of_lost_light("fate", m, wi)
     R, T = leaving(m, wi, tolerance)
+    tell_of_lost_light("fate", m, wi)
     return Fate(R, T, 1.0 - R - T)
 
 

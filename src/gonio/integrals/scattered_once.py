@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..errors import LeftOutWarning, warn
 from .albedo import albedo
@@ -20,18 +19,16 @@ DIRECTIONS = 16
 
 
 def tell_of_lost_light(who: str, m: Reflectance, wi: Any) -> None:
-    """Say how much light the facets of a material lose that scatter it twice, and of which part."""
-    known = ops.library(wi).known(wi) if ops.dtype_of(wi) else np.asarray(wi, float)
-    if known is None:  # while a function of JAX is traced
+    """Say how much light the facets of a material lose that scatter it twice, and of which part: for directions that
+    an albedo has been found at."""
+    parts = [m, *(value for _, _, value, _ in m.walk() if isinstance(value, Reflectance))]
+    several = [(part, white) for part in parts if (white := part.single_scatter) is not None]
+    every = np.asarray(wi, float).reshape(-1, 3)
+    if not several or not len(every):
         return
-    every = np.asarray(known, float).reshape(-1, 3)
     every = every[np.argsort(np.abs(every[:, 2]))]
     some = every[np.unique(np.linspace(0, len(every) - 1, DIRECTIONS).astype(int))]
-    parts = [m, *(value for _, _, value, _ in m.walk() if isinstance(value, Reflectance))]
-    for part in parts:
-        white = part.single_scatter
-        if white is None:
-            continue
+    for part, white in several:
         seen = some[some[:, 2] > 0.0] if white.sides == "front" else some
         if not len(seen):
             continue

@@ -18,7 +18,8 @@ from ..numbers import numbers
 
 
 class View(Parametrised):
-    """Base of the cameras: from `eye` towards `target`, `up` being upwards; a place in the picture has a ray.
+    """Base of the cameras: from `eye` towards `target`, `up` being upwards; a place in the picture has a ray. Its
+    positions are `vector(...)`s, which pictures move to where they see the scene from.
 
     Example
     >>> print(gn.View.unwritten(), gn.Camera.unwritten())
