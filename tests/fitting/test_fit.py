@@ -162,6 +162,22 @@ def test_intervals_cover_the_truth(noise, known, rows, trials, least):
     assert (covered >= least).all(), covered
 
 
+def test_few_values_leave_the_noise_open():
+    """30 values, of which a few bright ones carry alpha: what kind of noise theirs is decides about its error."""
+    truth = gn.EON(0.55, 0.4) + gn.Microfacet(gn.Beckmann(0.22), gn.Schlick(0.08))
+    wi, wo = spread_pairs(180)
+    rows = np.random.default_rng(104).choice(len(wi), 60, replace=False)
+    rows = rows[(wi[rows, 2] > 0.15) & (wo[rows, 2] > 0.15)][:30]
+    wi, wo = wi[rows], wo[rows]
+    f, held = truth.f(wi, wo), np.zeros(4)
+    exact = gn.fit_problem((wi, wo, f), truth).x0
+    for seed in range(30):
+        found = gn.fit((wi, wo, f * (1.0 + 0.03 * np.random.default_rng(seed).standard_normal(30))), truth, starts=1)
+        held += [low <= x <= high for x, (low, high) in zip(exact, found.interval().values(), strict=True)]
+        assert (found.freedom >= 1.0).all() and (found.freedom <= found.free).all()
+    assert (held >= 25).all(), held  # fewer of 30 at 95 % have a probability of 3e-3
+
+
 def test_robust_fits_bear_outliers():
     wi, wo, f, _ = noisy(GLOSSY, 500, 0.01, 4)
     f[::25] *= 3.0

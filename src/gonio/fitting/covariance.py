@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .losses import ROBUST
-from .noise import parts_of, variances
+from .noise import noise, parts_of
 from .problem import Problem
 
 NOTHING = 1e-13
@@ -20,10 +20,12 @@ PART = 0.05
 class Spread(NamedTuple):
     """Covariance (n, n) of numbers: inf on the diagonal of those that are not determined, 0 of those at a bound.
 
+    freedom: degrees of freedom (n,) of the variances.
     condition: square root of the ratio of the largest to the least eigenvalue of the scaled normal matrix.
     """
 
     covariance: np.ndarray
+    freedom: np.ndarray
     condition: float
     at_bound: np.ndarray
 
@@ -39,9 +41,9 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
     at_bound = ((x <= box.low) & (gradient >= 0.0)) | ((x >= box.high) & (gradient <= 0.0))
     free = np.flatnonzero(~at_bound)
     n = len(x)
-    covariance = np.zeros((n, n))
+    covariance, freedom = np.zeros((n, n)), np.full(n, max(problem.samples.count - n, 1.0))
     if not len(free):
-        return Spread(covariance, 1.0, at_bound)
+        return Spread(covariance, freedom, 1.0, at_bound)
     a = matrix[np.ix_(free, free)]
     size = np.sqrt(np.where(np.diag(a) > 0.0, np.diag(a), 1.0))
     values, vectors = np.linalg.eigh(a / size[:, None] / size)
@@ -51,7 +53,7 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
     if problem.loss == "likelihood" and problem.robust == "none":
         found = inverse
     else:
-        found = _sandwich(problem, x, free, inverse)
+        found, freedom[free] = _sandwich(problem, x, free, inverse, freedom[0])
     slopes = u.slopes(x)[free]
     found = found * slopes[:, None] * slopes
     for vector in vectors[:, ~kept].T:
@@ -59,22 +61,27 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
         found[lost, lost] = np.inf
     covariance[np.ix_(free, free)] = found
     condition = float(np.sqrt(values[-1] / values[0])) if values[0] > 0.0 and kept.all() else float("inf")
-    return Spread(covariance, condition, at_bound)
+    return Spread(covariance, freedom, condition, at_bound)
 
 
-def _sandwich(problem: Problem, x: np.ndarray, free: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """A^-1 S A^-1 of the free unknowns, for noise of unknown size that differs between rows.
+def _sandwich(
+    problem: Problem, x: np.ndarray, free: np.ndarray, inverse: np.ndarray, freedom: float
+) -> tuple[np.ndarray, Any]:
+    """A^-1 S A^-1 of the free unknowns, for noise of unknown size that differs between rows, and the degrees of freedom
+    of its diagonal: `freedom` of a noise whose size alone is unknown.
 
     Of many values S is the sum of squared slopes of the costs (Huber 1967; White 1980), times N/(N - n). Of few values
     a handful of bright rows may carry a number, and their squares scatter too much to tell its variance. So residuals
     have variances that depend smoothly on the value (`noise`), and that of a number is at least what the squares
-    themselves say. Of a robust cost S is that of squares over (1 - h)^2, h the leverage of each: those of residuals
+    themselves say. Where several kinds of noise are likely, the variance is their mean, and by how much it differs
+    between them takes degrees of freedom away, of which a variance V has 2 V^2/var(V) (Satterthwaite 1946): a few bright
+    rows that carry a number leave few. Of a robust cost S is that of squares over (1 - h)^2, h the leverage of each: those of residuals
     whose rows are left out (MacKinnon & White 1985, HC3).
     """
     count = problem.samples.count
     if count * len(x) > FEW:
         sums: np.ndarray = problem.score_squares(x[None])[0][np.ix_(free, free)]
-        return inverse @ (sums * (count / max(count - len(free), 1))) @ inverse
+        return inverse @ (sums * (count / max(count - len(free), 1))) @ inverse, freedom
     u = problem.unknowns
     numbers = u.numbers(x)
     slopes = (problem.jacobian(numbers) * u.slopes(x))[:, free]
@@ -84,13 +91,16 @@ def _sandwich(problem: Problem, x: np.ndarray, free: np.ndarray, inverse: np.nda
         weight = ROBUST[problem.robust].weight(r * r)
         leverage = np.einsum("ki,ki->k", moves, slopes) * weight
         scaled = moves * (weight * r / np.maximum(1.0 - leverage, LEAST_FREE))[:, None]
-        return scaled.T @ scaled
+        return scaled.T @ scaled, freedom
     s = problem.samples
     f = np.broadcast_to(np.reshape(u.fitted(numbers).f(s.wi, s.wo), (len(s), -1)), s.f.shape)
-    smooth = moves.T @ (moves * variances(slopes, r, parts_of(problem, f))[:, None])
+    likely = noise(slopes, r, parts_of(problem, f))
+    smooth = moves.T @ (moves * (likely.weights @ likely.variances)[:, None])
     least, known = (moves * r[:, None] ** 2 * moves).sum(axis=0), np.diag(smooth)
+    between = likely.weights @ (likely.variances @ moves**2 - known) ** 2
+    own = 1.0 / (1.0 / freedom + 0.5 * between / np.where(known > 0.0, known, np.inf) ** 2)
     larger = np.sqrt(np.maximum(least / np.where(known > 0.0, known, np.inf), 1.0))
-    return smooth * larger[:, None] * larger
+    return smooth * larger[:, None] * larger, np.maximum(own, 1.0)
 
 
 FEW = 100_000

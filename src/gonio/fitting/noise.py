@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,31 +43,43 @@ def parts_of(problem: Problem, f: np.ndarray) -> np.ndarray:
     return found / np.maximum(found.max(axis=0), 1e-300)
 
 
-def variances(slopes: np.ndarray, residuals: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Variances (R,) of the residuals (R,) of a linear problem with these slopes (R, n): a sum of some of `parts`.
+UNLIKELY = 12.0
+"""Excess of the Bayesian information criterion from which sums of parts are not looked for: a weight of 1/400."""
 
-    As few parts as the scatter supports: one more must lower -2 ln of the likelihood by ln R (Schwarz 1978).
+
+class Noise(NamedTuple):
+    """What the noise may be: variances (M, R) of the residuals, and how likely each is (M,)."""
+
+    variances: np.ndarray
+    weights: np.ndarray
+
+
+def noise(slopes: np.ndarray, residuals: np.ndarray, parts: np.ndarray) -> Noise:
+    """Variances of the residuals (R,) of a linear problem with these slopes (R, n): sums of some of `parts`.
+
+    Parts are left out one by one. Each sum on the way is as likely as its likelihood over R to the power of half its
+    parts (Schwarz 1978): many values choose one, few leave several, which are averaged (Raftery 1995).
 
     Source   derived here; see `_Shares`.
     """
     scale = float(np.mean(residuals * residuals))
     if len(slopes) <= slopes.shape[1] or not scale > 0.0 or not parts.any():
-        return residuals * residuals  # no value is to spare, or none is off
+        return Noise(residuals[None] ** 2, np.ones(1))  # no value is to spare, or none is off
     residuals = residuals / math.sqrt(scale)
     slopes = slopes / np.maximum(np.abs(slopes).max(axis=0), 1e-300)
     some = np.argsort(parts.sum(axis=1), kind="stable")[:: -(-len(parts) // ENOUGH)]
     kept = _Shares.of(slopes[some], residuals[some], parts[some])
-    while np.count_nonzero(kept.values) > 1:
-        fewer = min((kept.without(k) for k in np.flatnonzero(kept.values)), key=lambda shares: shares.deviance)
-        if fewer.deviance > kept.deviance + math.log(len(some)):
-            break
-        kept = fewer
-    found: np.ndarray = scale * (parts @ kept.values)
-    return found
+    tried, least = [kept], kept.criterion
+    while np.count_nonzero(kept.values) > 1 and kept.criterion < least + UNLIKELY:
+        fewer = [kept.without(k) for k in np.flatnonzero(kept.values)]
+        kept = min(fewer, key=lambda shares: shares.criterion)
+        tried, least = tried + fewer, min(least, kept.criterion)
+    likely = np.exp(-0.5 * (np.array([shares.criterion for shares in tried]) - least))
+    return Noise(np.stack([scale * (parts @ shares.values) for shares in tried]), likely / likely.sum())
 
 
 class _Shares:
-    """Shares of the parts in the variances of residuals, and -2 ln of the likelihood.
+    """Shares of the parts in the variances of residuals, and their Bayesian information criterion.
 
     Each round weighs least squares by the inverse of the variances, so that bright rows do not spread their noise over
     faint ones, and compares the squares of what is left with their expectations, which are linear in the shares: of
@@ -91,7 +103,8 @@ class _Shares:
                 values[used], _ = nnls((expected / usual[:, None])[:, used], left * left / usual)
         self._parts, self.values = parts, values
         usual = _above_faintest(parts @ values)
-        self.deviance = float((np.log(usual) + self._left(usual)[0] ** 2 / usual).sum())
+        deviance = float((np.log(usual) + self._left(usual)[0] ** 2 / usual).sum())
+        self.criterion = deviance + math.log(len(residuals)) * np.count_nonzero(values)
 
     @classmethod
     def of(cls, slopes: np.ndarray, residuals: np.ndarray, parts: np.ndarray) -> _Shares:

@@ -72,6 +72,8 @@ class Fit:
     agreeing     the share of starts, on a part of the data, that ended at the best optimum
     condition    square root of the ratio of the largest to the least eigenvalue of the scaled normal matrix: 1 for
                  numbers that do not disturb each other
+    freedom      (n,) degrees of freedom of the variances: values less unknowns, and fewer where a few values carry a
+                 number and do not tell what their noise is
 
     Error    standard errors are those of first order. Of 1000 synthetic measurements with 0.1 % to 10 % noise 94.8 to
              96.3 % of the 95 % intervals hold the truth where the uncertainties are known; without them 94.4 to 97.1 %
@@ -79,7 +81,7 @@ class Fit:
              of half its square; 91.8 to 97.8 % on two scenes by which the noise model was not chosen, 400 trials each
              (benchmarks/fits_amd.txt). They follow from the scatter of the data about the model: where the model is
              wrong, errors are larger than they say.
-    Source   JCGM 100:2008; Huber 1967; White 1980; MacKinnon & White 1985; AIC: Akaike 1974; BIC: Schwarz 1978.
+    Source   JCGM 100:2008; Huber 1967; White 1980; MacKinnon & White 1985; Satterthwaite 1946; Raftery 1995; AIC: Akaike 1974; BIC: Schwarz 1978.
 
     Example
     >>> theta = np.linspace(0.1, 1.2, 12)
@@ -102,6 +104,7 @@ class Fit:
     steps: int
     agreeing: float
     condition: float
+    freedom: np.ndarray = field(repr=False)
     at_bound: np.ndarray = field(repr=False)
     problem: Problem = field(repr=False)
 
@@ -136,6 +139,7 @@ class Fit:
             int(solved.steps[0]),
             agreeing,
             spread.condition,
+            spread.freedom,
             spread.at_bound,
             problem,
         )
@@ -190,7 +194,8 @@ class Fit:
 
     @checked
     def interval(self, p: Annotated[float, Within(0.0, 1.0)] = 0.95) -> dict[str, tuple[float, float]]:
-        """Intervals that hold the truth with probability p, by name: value -+ t s, t of Student's distribution.
+        """Intervals that hold the truth with probability p, by name: value -+ t s, t of Student's distribution with
+        `freedom`; of a likelihood of the normal distribution.
 
         Example
         >>> data = gn.direction(0.5, np.zeros(3)), gn.direction([0.1, 0.3, 0.5], 0.0), [0.10, 0.11, 0.12]
@@ -199,14 +204,14 @@ class Fit:
         True
         """
         if self.loss == "likelihood":
-            t = NormalDist().inv_cdf(0.5 + 0.5 * p)
+            t = np.full(len(self.names), NormalDist().inv_cdf(0.5 + 0.5 * p))
         else:
             from scipy.special import stdtrit  # what scipy.stats takes, whose import is half a second
 
-            t = float(stdtrit(max(self.free, 1), 0.5 + 0.5 * p))
+            t = stdtrit(self.freedom, 0.5 + 0.5 * p)
         return {
-            name: (float(value - t * s), float(value + t * s))
-            for (name, s), value in zip(self.stderr.items(), self.values, strict=True)
+            name: (float(value - k * s), float(value + k * s))
+            for (name, s), value, k in zip(self.stderr.items(), self.values, t, strict=True)
         }
 
     @property

@@ -1,9 +1,10 @@
 """Whether a failure is more than the uncertainty of a measurement explains: a verdict of all its values together.
 
 A law fails where what was measured of a lawful surface would be less likely than `CHANCE`, and the breach is larger
-than a stated size; else it is not significant. Files say how large errors are, not which they share. So every value is
-taken to have an error of its own and a part in one that is common, each with all of its uncertainty: the sum of both
-covariances is above that of any mixture. Channels may share both: their chances are added up.
+than a stated size; else it is not significant. Files say how large errors are, not which they share. So a chance is one
+of the least favourable mixture of errors of every value of its own and one that is common; of chi-squares both have all of
+the uncertainty, and the sum of both covariances is above that of any mixture. Channels may share both: their chances are
+added up.
 """
 
 from __future__ import annotations
@@ -81,11 +82,13 @@ class Errors(NamedTuple):
         return Errors(*(a + b for a, b in zip(self, more, strict=True)))
 
     def chance(self, excess: float, looks: int, channels: int) -> float:
-        """The chance that the largest of so many results exceeds its bound by this much: those of a channel have the
-        common error and that of interpolation in common."""
-        x, shared = np.linspace(-9.0, 9.0, 2001), math.hypot(self.common, self.interpolation)
-        beyond = (excess - x * shared) / max(self.independent, 1e-9 * excess)
-        one = np.exp(-0.5 * x * x) @ -np.expm1(looks * log_ndtr(beyond)) * (x[1] - x[0]) / math.sqrt(2.0 * math.pi)
+        """The chance that the largest of so many results exceeds its bound by this much, of the mixture of independent
+        errors and one that is common to a channel that makes it most likely; interpolation errs alike in a channel."""
+        x, share = np.linspace(-9.0, 9.0, 2001), np.linspace(0.0, 1.0, 11)[:, None]
+        own = np.maximum(self.independent * np.sqrt(1.0 - share), 1e-9 * abs(excess) + 1e-300)
+        beyond = (excess - x * np.hypot(self.common * np.sqrt(share), self.interpolation)) / own
+        normal = np.exp(-0.5 * x * x) * (x[1] - x[0]) / math.sqrt(2.0 * math.pi)
+        one = float((-np.expm1(looks * log_ndtr(beyond)) @ normal).max())
         return -math.expm1(channels * math.log1p(-min(one, 1.0 - 1e-15)))
 
 
@@ -101,9 +104,7 @@ def _errors(m: Gridded, at: int, of: Linear, value: np.ndarray, minus: Linear | 
 
 def _with(law: Law, errors: Errors, m: Gridded) -> Law:
     u = math.hypot(errors.noise, errors.interpolation)
-    return replace(
-        law, u=u, u_noise=errors.noise if has_uncertainty(m) else None, u_interpolation=errors.interpolation
-    )
+    return replace(law, u=u, u_noise=errors.noise if has_uncertainty(m) else None, u_interpolation=errors.interpolation)
 
 
 def _of_integral(function: Callable, m: Gridded, *args: object) -> tuple[np.ndarray, int, Errors]:
