@@ -130,9 +130,9 @@ class Calls(Hooks):
             if not isinstance(path, str) or (path not in leaves and path not in inputs):
                 raise NotFoundError(f"jacobian(by={shown(path)}): {expected}")
         if fixed := (*self._without_slopes(),):
-            if by is not None and (path := next((p for p in variables if p.startswith(fixed)), None)) is not None:
+            if by is not None and (moved := next((p for p in variables if p.startswith(fixed)), "")):
                 raise ParameterError(
-                    f"jacobian(by={path!r}): changes what goes to and fro between a coat and what fluoresces under it, "
+                    f"jacobian(by={moved!r}): changes what goes to and fro between a coat and what fluoresces under it, "
                     f"and that has no derivatives; expected other numbers, or internal='lost' in the coat"
                 )
             variables = [path for path in variables if not path.startswith(fixed)]
