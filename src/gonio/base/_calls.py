@@ -132,8 +132,8 @@ class Calls(Hooks):
         if fixed := (*self._without_slopes(),):
             if by is not None and (moved := next((p for p in variables if p.startswith(fixed)), "")):
                 raise ParameterError(
-                    f"jacobian(by={moved!r}): changes what goes to and fro between a coat and what fluoresces under it, "
-                    f"and that has no derivatives; expected other numbers, or internal='lost' in the coat"
+                    f"jacobian(by={moved!r}): changes what goes to and fro between a coat and what fluoresces under "
+                    f"it, and that has no derivatives; expected other numbers, or internal='lost' in the coat"
                 )
             variables = [path for path in variables if not path.startswith(fixed)]
         paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
