@@ -123,13 +123,19 @@ class Calls(Hooks):
         inputs = {"wi": 0, "wo": 1}
         expected = f"expected one of {listed([*leaves, *inputs])}"
         try:
-            variables = list(self._differentiable() if by is None else [by] if isinstance(by, str) else by)
+            variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
         except TypeError:
             raise ParameterError(f"jacobian(by={shown(by)}): {expected}, or a list of them") from None
         for path in variables:
             if not isinstance(path, str) or (path not in leaves and path not in inputs):
                 raise NotFoundError(f"jacobian(by={shown(path)}): {expected}")
-        self._require_slopes("jacobian", variables)
+        if fixed := (*self._without_slopes(),):
+            if by is not None and (moved := next((p for p in variables if p.startswith(fixed)), "")):
+                raise ParameterError(
+                    f"jacobian(by={moved!r}): changes what goes to and fro between a coat and what fluoresces under "
+                    f"it, and that has no derivatives; expected other numbers, or internal='lost' in the coat"
+                )
+            variables = [path for path in variables if not path.startswith(fixed)]
         paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
         found = [*paths, *directions], tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
         if by is None:
@@ -141,20 +147,6 @@ class Calls(Hooks):
         for name, field in self.fields.items():
             if isinstance(field, Part) and isinstance(x := self.__dict__[name], Calls):
                 yield from x._without_slopes(f"{prefix}{name}.")
-
-    def _differentiable(self) -> list[str]:
-        """The paths of all parameters with derivatives."""
-        return [path for path in self.parameters if not path.startswith((*self._without_slopes(),))]
-
-    def _require_slopes(self, call: str, paths: Iterable[str]) -> None:
-        """Raises ParameterError where one of the paths is of a number without derivatives."""
-        for start in self._without_slopes():
-            for path in paths:
-                if path.startswith(start):
-                    raise ParameterError(
-                        f"{call}: {path} changes what goes to and fro between a coat and what fluoresces under it, and "
-                        f"that has no derivatives; expected other numbers, or internal='lost' in the coat"
-                    )
 
     def f_angles(self, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
         """f of polar angles and azimuths [rad]; the four broadcast against each other.

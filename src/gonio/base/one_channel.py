@@ -71,10 +71,12 @@ class OneChannel(Light):
         return self.of.density(p, w)
 
     def warp(self, p: Direction, u0: Any, u1: Any) -> Direction:
-        return self.of.warp(p, u0, u1)
+        w: Direction = self.of.warp(p, u0, u1)
+        return w
 
     def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
-        return self.of.drawn(p, u0, u1)
+        found: tuple[Direction, Any] = self.of.drawn(p, u0, u1)
+        return found
 
 
 class _OfArrays(Light):

@@ -196,7 +196,7 @@ class UnderLight(_OverBands):
 class _Glow(UnderLight):
     """The light of other wavelengths, which leaves in front."""
 
-    lobes, polarized, polarizes = Reflectance.lobes, Reflectance.polarized, False  # type: ignore[assignment]
+    lobes, polarized, polarizes = Reflectance.lobes, Reflectance.polarized, False
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self._total(wi, wo) / self.seen

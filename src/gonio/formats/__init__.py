@@ -32,7 +32,6 @@ from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
 from ..errors import FluorescenceWarning, FormatError, NotFoundError, ParameterError, TooLargeError, warn
 from ..formula.state import freeze
-from ..integrals.photons import exchanged_in_words
 from ..models.sheet import Sheet
 from ..pictures.image import SUFFIXES as PICTURES
 from . import _options, _sides
@@ -170,6 +169,8 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
     module = writer(path, format)
     write(m, path, module, options)
     if m.exchanges and not getattr(module, "FLUORESCES", False):
+        from ..integrals.photons import exchanged_in_words  # late: few materials fluoresce
+
         able = " or ".join(x.NAME for x in formats() if getattr(x, "FLUORESCES", False))
         text = f"{path}: {module.NAME} holds no light that leaves at another wavelength than it arrived at, and of"
         warn(f"{text} {m!r:.60} that is lost: {exchanged_in_words(m)}; expected {able}", FluorescenceWarning)

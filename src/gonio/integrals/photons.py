@@ -68,7 +68,7 @@ def reradiated_energy(m: Reflectance, wi: Any, tolerance: float, error: bool) ->
 def exchanged_in_words(m: Reflectance) -> str:
     """How much of the light that arrives along the normal leaves at another wavelength."""
     up = np.array([0.0, 0.0, 1.0])
-    sent, kept = reradiated_energy(m, up, 1e-3, False), np.broadcast_to(kept_albedo(m, up, 1e-3), m.channels)
+    sent, kept = reradiated_energy(m, up, 1e-3, False), kept_albedo(m, up, 1e-3)
     most = int(np.argmax(sent))
     where = f"in channel {most}" if m.wavelengths is None else f"at {m.wavelengths[most]:g} nm"
     share = sent.sum() / max(float((sent + kept).sum()), 1e-300)

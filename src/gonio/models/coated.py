@@ -363,7 +363,7 @@ class _BelowRough(_Below, RoughCoated):
 class _OverDye(_Coat):
     """A coat over a base that fluoresces alike in all directions, with what goes to and fro between them."""
 
-    rounds = Entire(0.0, "light of one band that leaves the base in another, however often it was there")
+    rounds: Any = Entire(0.0, "light of one band that leaves the base in another, however often it was there")
 
     def sent(self, light: Any, ti: Direction, to: Direction) -> Any:
         return self.rounds * (1.0 / math.pi)

@@ -35,8 +35,9 @@ class Donaldson(Reflectance):
     >>> print((np.pi * ink.reradiation([0, 0, 1], [0.6, 0, 0.8])).round(3))
     [[0.2 0. ]
      [0.3 0.6]]
-    >>> print(gn.albedo(ink, [0, 0, 1]).round(3), gn.albedo(ink.under([1.0, 1.0]), [0, 0, 1]).round(3))
-    [0.2 0.6] [0.2 0.9]
+    >>> sun = gn.DistantLight([0, 0, 1], irradiance=[4.0, 1.0])
+    >>> print((np.pi * gn.reflected_radiance(ink, sun, [0, 0, 1])).round(3))
+    [0.8 1.8]
     """
 
     fluoresces = True
