@@ -191,8 +191,8 @@ def _measured(m: Gridded) -> tuple[np.ndarray, np.ndarray | None]:
 
 
 def _below(z: np.ndarray) -> tuple[int, float, float, float]:
-    """The number of values, their chi-square below 0 beside the common error that explains them best, the largest z, and
-    the least chance of these and of the mean where all true values are 0, of the three together."""
+    """The number of values, their chi-square below 0 beside the common error that explains them best, the largest z,
+    and the least chance of these and of the mean where all true values are 0, of the three together."""
     if not z.size:
         return 0, 0.0, 0.0, 1.0
     shared = 0.0
