@@ -89,8 +89,10 @@ def render(
     bodies shadow as if it were opaque: a LeftOutWarning names the parts that this matters for. Spectral materials are
     turned into RGB, under lights without a spectrum as daylight (D65) shows them; where lights are spectra,
     `gn.ConstantLight(spectrum)`, the radiance is, whose colour is that of the light too. Wavelengths wholly outside the
-    visible have no colour. `bands`: the three channels that are shown as red, green and blue, or the one that is shown
-    in gray, by name or wavelength [nm] (`m.channel_names`); without it, channels named red, green and blue are.
+    visible have no colour. What fluorescence sends out at another wavelength is seen too, of each light by its own
+    spectrum; of lights without one by that of daylight, where channels are wavelengths. `bands`: the three channels
+    that are shown as red, green and blue, or the one that is shown in gray, by name or wavelength [nm]
+    (`m.channel_names`); without it, channels named red, green and blue are.
 
     Samples are taken in passes of 32. The picture's `noise` is the standard error of each value, from the spread of
     the passes, so that there is one from 33 samples on; its `samples` are how many were taken. Passes fill what
