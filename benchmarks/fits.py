@@ -1,6 +1,7 @@
 """Fits: speed, calibration, global optima, published fits. `python benchmarks/fits.py [part ...] [--data DIR]`
 
-Parts: one, table, catalogue, texels, calibration, elsewhere, few, starts, published. Ratios are of one run on one machine.
+Parts: one, table, catalogue, texels, calibration, elsewhere, few, starts, published. Ratios are of one run on one
+machine.
 `--data`: the folder that holds nbrdf/*.h5, neural fits of measured materials (Sztrajman et al. 2021), for `published`.
 """
 

@@ -46,7 +46,8 @@ def of_breach(job: tuple[str, int]) -> tuple[str, str, float, bool]:
 
 def lines(found: list, caught: list) -> Iterator[str]:
     """The table."""
-    yield f"{'':<16}{'common share':>14}{'sound':>8}{'fail':>6}   {'FAIL at 5 u of reciprocity, at an albedo of 1 + 4 u'}"
+    caught_at = "FAIL at 5 u of reciprocity, at an albedo of 1 + 4 u"
+    yield f"{'':<16}{'common share':>14}{'sound':>8}{'fail':>6}   {caught_at}"
     for shape in (*SHAPES, "all"):
         for common in (*COMMON, "any"):
             if (shape == "all") != (common == "any") and shape != "all":

@@ -1,4 +1,4 @@
-"""Sound measurements of lawful surfaces, simulated in five shapes, with errors as large as is stated; and unsound ones."""
+"""Sound measurements of lawful surfaces, simulated in five shapes, with errors as large as stated; and unsound ones."""
 
 from __future__ import annotations
 

@@ -74,9 +74,9 @@ def _sandwich(
     a handful of bright rows may carry a number, and their squares scatter too much to tell its variance. So residuals
     have variances that depend smoothly on the value (`noise`), and that of a number is at least what the squares
     themselves say. Where several kinds of noise are likely, the variance is their mean, and by how much it differs
-    between them takes degrees of freedom away, of which a variance V has 2 V^2/var(V) (Satterthwaite 1946): a few bright
-    rows that carry a number leave few. Of a robust cost S is that of squares over (1 - h)^2, h the leverage of each: those of residuals
-    whose rows are left out (MacKinnon & White 1985, HC3).
+    between them takes degrees of freedom away, of which a variance V has 2 V^2/var(V) (Satterthwaite 1946): few
+    are left where some bright rows carry a number. Of a robust cost S is that of squares over (1 - h)^2, h the leverage of each:
+    those of residuals whose rows are left out (MacKinnon & White 1985, HC3).
     """
     count = problem.samples.count
     if count * len(x) > FEW:

@@ -81,7 +81,8 @@ class Fit:
              of half its square; 91.8 to 97.8 % on two scenes by which the noise model was not chosen, 400 trials each
              (benchmarks/fits_amd.txt). They follow from the scatter of the data about the model: where the model is
              wrong, errors are larger than they say.
-    Source   JCGM 100:2008; Huber 1967; White 1980; MacKinnon & White 1985; Satterthwaite 1946; Raftery 1995; AIC: Akaike 1974; BIC: Schwarz 1978.
+    Source   JCGM 100:2008; Huber 1967; White 1980; MacKinnon & White 1985; Satterthwaite 1946; Raftery 1995; AIC:
+             Akaike 1974; BIC: Schwarz 1978.
 
     Example
     >>> theta = np.linspace(0.1, 1.2, 12)

@@ -188,7 +188,8 @@ def unknowns(
     if not parameters:
         raise ParameterError(f"{model!r:.80}: it has no parameters; expected a model such as gn.Lambertian()")
     _refuse_tables(model)
-    kept = () if by is not None else tuple(p for p, f, *_ in model._numbers() if isinstance(f, Param) and not f.fitted)
+    usual = (path for path, f, *_ in model._numbers() if isinstance(f, Param) and not f.fitted)
+    kept = tuple(usual) if by is None else ()
     chosen = [path for path in parameters if path not in kept] if by is None else _paths(model, by, "by")
     if not chosen:
         raise ParameterError("by: got no names; expected at least one parameter to be fitted")

@@ -276,8 +276,8 @@ def param(
     `alias`: a keyword that sets this parameter and everything tied to it (`GGX(alpha=0.3)`).
     `sampled`: sampling uses one value for all channels: their "mean", or for the width of a lobe the "max" or "min",
     whichever makes it widest, so that no channel's weights run away.
-    `fitted`: False for what those who fit the model keep, such as the shape of a kernel: a fit takes it where `by` names
-    it.
+    `fitted`: False for what those who fit the model keep, such as the shape of a kernel: a fit takes it where `by`
+    names it.
 
     Example
     >>> from gonio.authoring import Reflectance, param

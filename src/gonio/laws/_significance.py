@@ -2,9 +2,9 @@
 
 A law fails where what was measured of a lawful surface would be less likely than `CHANCE`, and the breach is larger
 than a stated size; else it is not significant. Files say how large errors are, not which they share. So a chance is one
-of the least favourable mixture of errors of every value of its own and one that is common; of chi-squares both have all of
-the uncertainty, and the sum of both covariances is above that of any mixture. Channels may share both: their chances are
-added up.
+of the least favourable mixture of errors of every value of its own and one that is common; of chi-squares both have all
+of the uncertainty, and the sum of both covariances is above that of any mixture. Channels may share both: their chances
+are added up.
 """
 
 from __future__ import annotations
