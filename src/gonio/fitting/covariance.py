@@ -75,8 +75,8 @@ def _sandwich(
     have variances that depend smoothly on the value (`noise`), and that of a number is at least what the squares
     themselves say. Where several kinds of noise are likely, the variance is their mean, and by how much it differs
     between them takes degrees of freedom away, of which a variance V has 2 V^2/var(V) (Satterthwaite 1946): few
-    are left where some bright rows carry a number. Of a robust cost S is that of squares over (1 - h)^2, h the leverage of each:
-    those of residuals whose rows are left out (MacKinnon & White 1985, HC3).
+    are left where some bright rows carry a number. Of a robust cost S is that of squares over (1 - h)^2, h the
+    leverage of each: those of residuals whose rows are left out (MacKinnon & White 1985, HC3).
     """
     count = problem.samples.count
     if count * len(x) > FEW:

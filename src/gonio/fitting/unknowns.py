@@ -180,9 +180,9 @@ def unknowns(
 ) -> Unknowns:
     """The unknowns of a fit of `model` to data of so many channels.
 
-    `by`: the names of the free parameters; without it all but those that are declared as kept. `per_channel`: the names of those that have a number for
-    each channel, or True for all, or False. Without it they are those in which f is linear (albedos, weights), and
-    those that the model has an array of.
+    `by`: the names of the free parameters; without it all but those that are declared as kept. `per_channel`: the names
+    of those that have a number for each channel, or True for all, or False. Without it they are those in which f is
+    linear (albedos, weights), and those that the model has an array of.
     """
     parameters, paths = model.parameters, list(model.leaf_paths())
     if not parameters:
