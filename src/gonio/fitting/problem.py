@@ -230,11 +230,11 @@ class Problem:
             inputs = (wi, wo, target, weight)
             model = u.plain().with_values(self._by_path(np.asarray(values, float)))
             flat = batch.run(self._residual, model, inputs)[0]
-            return np.broadcast_to(flat, weight.shape[:-1]).reshape(-1)
+            return np.broadcast_to(flat, (1, *weight.shape[:-1])).reshape(-1)  # arrays that are kept have an axis more
         inputs = tuple(lib.convert(x, values) for x in (wi, wo, target, weight))
         model = u.plain().with_values(self._by_path(values))
         found = batch.run(self._residual, model, inputs)[0]
-        return lib.module.reshape(lib.module.broadcast_to(found, weight.shape[:-1]), (-1,))
+        return lib.module.reshape(lib.module.broadcast_to(found, (1, *weight.shape[:-1])), (-1,))
 
     def jacobian(self, values: Any) -> np.ndarray:
         """Derivatives (C N, n) of `residuals` by the numbers, exact. NumPy arrays only.
@@ -252,7 +252,7 @@ class Problem:
         channels, rows = inputs[2].shape[:2]
         found = np.zeros((channels, rows, len(self.names)))
         for k, slope in enumerate(slopes):
-            slope = np.broadcast_to(np.reshape(slope, (*np.shape(slope)[:2],)), (channels, rows))
+            slope = np.broadcast_to(np.reshape(slope, np.shape(slope)[-3:-1]), (channels, rows))
             for c in range(channels):
                 found[c, :, u.columns[c, k]] += slope[c]
         return found.reshape(channels * rows, -1)
