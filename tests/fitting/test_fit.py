@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 
+import house
 import numpy as np
 import pytest
 from libraries import thinned
@@ -125,6 +126,16 @@ def test_jacobian_is_that_of_the_residuals():
         step[k] = 1e-6
         numeric = (problem.residuals(x + step) - problem.residuals(x - step)) / 2e-6
         assert np.allclose(j[:, k], numeric, rtol=1e-5, atol=1e-7)
+
+
+def test_numbers_that_channels_share_beside_a_weight_of_each():
+    model = gn.Lambertian(0.3) + [1.0, 0.7, 0.3] * house.METAL
+    data = noisy(model, 50, 0.01, 2)
+    problem = gn.fit_problem(data, model, by=["0.rho"], per_channel=False)
+    x, step = np.array([0.4]), np.array([1e-6])
+    numeric = (problem.residuals(x + step) - problem.residuals(x - step)) / 2e-6
+    np.testing.assert_allclose(problem.jacobian(x)[:, 0], numeric, rtol=1e-5, atol=1e-7)
+    assert gn.fit(data, model, by=["0.rho"], per_channel=False).model.terms[0].rho == pytest.approx(0.3, abs=0.01)
 
 
 @pytest.mark.parametrize("robust", ROBUST)

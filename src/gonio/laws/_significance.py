@@ -133,10 +133,10 @@ def _integral(function: Callable, *args: object) -> Callable[[Gridded, Law], Law
     """The judge of an integral at one place, the largest of several; its value is the law's, but for the quadrature."""
 
     def judge(m: Gridded, law: Law) -> Law:
-        where = [math.radians(x) for x in law.where.values()]
-        if len(where) != 2:
+        if len(law.where) != 2:
             return law
-        value, _, errors = _of_integral(function, m, *args, direction(*where))
+        theta, phi = (math.radians(x) for x in law.where.values())
+        value, _, errors = _of_integral(function, m, *args, direction(theta, phi))
         return _exceeding(m, _with(law, errors, m), errors, law.value - 1.0, len(incidence(m)), len(value))
 
     return judge
@@ -227,7 +227,7 @@ def _reciprocity(m: Gridded, law: Law) -> Law:
         half = float(np.nanmedian(difference(pairs.f, pairs.back)))
         text = f"of the {len(pairs.f)} pairs that were measured both ways half differ by more than {half:.2g} of f"
         return replace(law, significance=f"{text}; no uncertainty is stated")
-    found = [_differing(*one) for one in zip(*(x.T for x in pairs), strict=True)]
+    found = [_differing(*one) for one in zip(pairs.f.T, pairs.back.T, pairs.u.T, pairs.u_back.T, strict=True)]
     if not any(channel.n for channel in found):
         return law
     worst = min(found, key=lambda channel: channel.chance)
