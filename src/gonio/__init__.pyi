@@ -2615,7 +2615,8 @@ class UnderLight(_UnderLight):
     ) -> None: ...
 
 class View(_View):
-    r"""Base of the cameras: from `eye` towards `target`, `up` being upwards; a place in the picture has a ray.
+    r"""Base of the cameras: from `eye` towards `target`, `up` being upwards; a place in the picture has a ray. Its
+    positions are `vector(...)`s, which pictures move to where they see the scene from.
 
     Parameters
         eye = (0.0, -4.0, 0.0)     where the camera is [m]; three numbers

@@ -83,7 +83,7 @@ def beside(*sines):
 )
 def test_f_itself_integrates_to_all_light(layers, sines, w, monkeypatch):
     for lobe in (_Rest, _Through):
-        monkeypatch.delattr(lobe, "collected")
+        monkeypatch.delattr(lobe, "_collected")
     m = gn.Stack(layers, None if layers in PANES else gn.Lambertian(1.0))
     w = beside(*sines) if w is None else w
     all_light = gn.albedo(m, w) + (gn.transmittance(m, w) if m.sides == "both" else 0.0)

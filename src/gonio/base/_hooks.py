@@ -171,7 +171,7 @@ class Hooks(Parametrised):
         whole: Any = self  # a Reflectance: nothing else has these hooks
         yield 1.0, whole
 
-    def collected(self, w: Any, incident: bool) -> Any:
+    def _collected(self, w: Any, incident: bool) -> Any:
         """Integrals (n, C) of f cos over the directions of light, or `incident` of the viewer, for fixed directions
         (n, 3) of the viewer, or of light, of a lobe whose tables hold these; None: none does."""
         return None

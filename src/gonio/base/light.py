@@ -202,6 +202,16 @@ class Light(Parametrised):
         >>> print(gn.PointLight([0.0, 0.0, 2.0]).moved((1.0, 0.0, 0.0)).position, gn.ConstantLight().moved((1, 0, 0)))
         [1.0, 0.0, 2.0] ConstantLight(radiance=1.0)
         """
+        try:
+            lengths = np.array([*ops.numbers(by)], dtype=float)
+        except (TypeError, ValueError):
+            lengths = np.zeros(0)
+        if lengths.shape != (3,) or not np.isfinite(lengths).all():
+            raise ParameterError(f"moved(by={by!r:.60}): expected three lengths [m] along x, y and z")
+        return self._moved(tuple(lengths.tolist()))
+
+    def _moved(self, by: Sequence[float]) -> Light:
+        """The same, for lights that know better where they are."""
         new = moved(self, by)
         return _Moved(self, tuple(by)) if new is self and _asks_where(self) else new
 

@@ -16,6 +16,8 @@ class OneChannel(Light):
     """A light of which one channel is left, whose number formulas know.
 
     `own`: the paths of numbers that channels do not share.
+
+    Source   the light that it is of.
     """
 
     has_text = False

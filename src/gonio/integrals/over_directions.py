@@ -59,7 +59,7 @@ def over_directions(
         largest = np.abs(weight).max(axis=-1)
         if not largest.any():
             continue
-        known = lobe.collected(fixed, incident) if domain is SAMPLED and radiance is None else None
+        known = lobe._collected(fixed, incident) if domain is SAMPLED and radiance is None else None
         if known is not None:
             value = value + weight * known
             continue

@@ -287,7 +287,7 @@ class _Table(_Lobe):
             total = total + away * looked_up(1 + number)
         return total
 
-    def collected_by(self, number: int, w: np.ndarray, by_rows: bool) -> np.ndarray:
+    def _collected_by(self, number: int, w: np.ndarray, by_rows: bool) -> np.ndarray:
         """What a block of the response sends of light from directions (n, 3), (n, C)."""
         responses = [self._response(c) for c in range(self.channels or 1)]
         z = np.clip(w[:, 2], 0.0, 1.0)
@@ -329,8 +329,8 @@ class _Rest(Drawn, _Table):
         n = choose(self.behind, self._indices()[-1], 1.0)
         return self.found(choose(self.behind, 1.0, 0.0), wi, n, wo, n) * self.over()
 
-    def collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
-        return self.collected_by(int(self.behind), w, True)
+    def _collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
+        return self._collected_by(int(self.behind), w, True)
 
     def _seen_from(self, wo: Direction) -> tuple[Slices, Any]:
         at, phi = super()._seen_from(wo)
@@ -362,9 +362,9 @@ class _Through(_Table):
             front, below = select(behind, wi, wo), select(behind, wo, wi)
         return self.found(2.0, front, 1.0, below, self._indices()[-1]) * self.over()
 
-    def collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
+    def _collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
         # Light that comes from in front is seen from behind.
-        found = self.collected_by(2, w, bool(self.behind) == incident)
+        found = self._collected_by(2, w, bool(self.behind) == incident)
         if incident:
             return found
         index = np.atleast_1d(self._indices()[-1])

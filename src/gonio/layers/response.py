@@ -179,7 +179,8 @@ def _shared(
     def work(number: int) -> None:
         part = slice(parts[number].start - orders.start, parts[number].stop - orders.start)
         of_part = None if base is None else (base[0][part], base[1])
-        found[number] = _rest(layers, of_part, grid, whole, parts[number])
+        blocks = _rest(layers, of_part, grid, whole, parts[number])
+        found[number] = [[np.broadcast_to(x, (len(parts[number]), *x.shape[1:])) for x in block] for block in blocks]
 
     share(work, [(number,) for number in range(len(parts))])
     pairs = (zip(*of_block, strict=True) for of_block in zip(*found, strict=True))

@@ -125,7 +125,7 @@ class MeshLight(Light):
             "facts": Fixed(frozen(facts)),
         }
 
-    def moved(self, by: Sequence[float]) -> MeshLight:
+    def _moved(self, by: Sequence[float]) -> MeshLight:
         return self.replace(shape=Facets(self.shape.vertices + np.asarray(by), self.shape.faces))
 
     def to_json(self) -> dict[str, Any]:

@@ -72,7 +72,7 @@ class TurnedLight(Light):
         """A position of the world in the light."""
         return self._turned(p, back=True)
 
-    def moved(self, by: Sequence[float]) -> Light:
+    def _moved(self, by: Sequence[float]) -> Light:
         back = Direction(*map(float, self._turned(Direction(*by), back=True)))
         light = self.light.moved(back)
         return self if light is self.light else _TurnedAbout(light, self.angle, back.x, back.y, self.angle)
