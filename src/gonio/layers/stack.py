@@ -100,7 +100,7 @@ class Stack(_Layered):
 
         Example
         >>> print(gn.Stack([gn.RoughInterface(1.5, 0.1)], gn.Lambertian(0.5)).nodes)
-        44
+        57
         """
         return self._response(0).nodes
 
