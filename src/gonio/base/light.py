@@ -356,12 +356,11 @@ class Light(Parametrised):
         return self._facts[2]
 
 
-class _Moved(Light):
-    """A light elsewhere, whose formula depends on positions by other numbers than vectors."""
+class _OfLight(Light):
+    """Base of lights that are another one, looked at otherwise."""
 
     has_text = False
     of = part(Light, None, "the light")
-    by = vector((0.0, 0.0, 0.0), "by how much it is moved [m]")
 
     @property
     def is_delta(self) -> bool:  # type: ignore[override]
@@ -378,6 +377,12 @@ class _Moved(Light):
     @property
     def has_horizon(self) -> bool:  # type: ignore[override]
         return bool(self.of.has_horizon)
+
+
+class _Moved(_OfLight):
+    """A light elsewhere, whose formula depends on positions by other numbers than vectors."""
+
+    by = vector((0.0, 0.0, 0.0), "by how much it is moved [m]")
 
     def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
         seen: tuple[Any, Any] = self.of.seen(p - self.by.vector, w)

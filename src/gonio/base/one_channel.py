@@ -9,10 +9,10 @@ import numpy as np
 from ..formula.direction import Direction
 from ..formula.fields import Channels, Field, part
 from ..formula.state import state
-from .light import ORIGIN, Light
+from .light import ORIGIN, Light, _OfLight
 
 
-class OneChannel(Light):
+class OneChannel(_OfLight):
     """A light of which one channel is left, whose number formulas know.
 
     `own`: the paths of numbers that channels do not share.
@@ -20,26 +20,8 @@ class OneChannel(Light):
     Source   the light that it is of.
     """
 
-    has_text = False
-    of = part(Light, None, "the light")
     number: int = state(0)
     own: frozenset[str] = state(frozenset())
-
-    @property
-    def is_delta(self) -> bool:  # type: ignore[override]
-        return bool(self.of.is_delta)
-
-    @property
-    def has_edges(self) -> bool:  # type: ignore[override]
-        return bool(self.of.has_edges)
-
-    @property
-    def can_sample(self) -> bool:  # type: ignore[override]
-        return bool(self.of.can_sample)
-
-    @property
-    def has_horizon(self) -> bool:  # type: ignore[override]
-        return bool(self.of.has_horizon)
 
     @property
     def has_closed_form(self) -> bool:
