@@ -12,6 +12,7 @@ from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..numerics.quadrature import NODES, Integrals, Sums, cubature, place, weighed
+from ..numerics.unique_rows import unique_rows
 from .cones import MIRROR, Cone, Geometry, Rings, overlap
 from .over_directions import Radiance, over_directions
 from .places import Places
@@ -124,12 +125,9 @@ def averaged(
         flat = w.reshape(-1, 3)
         back: Any = slice(None)
         if same:  # one direction for each polar angle
-            key, first, back = np.unique(
-                np.stack([flat[:, 2], index], axis=-1), axis=0, return_index=True, return_inverse=True
-            )
-            z, index = key[:, 0], index[first]
+            first, back, _ = unique_rows(np.stack([flat[:, 2], index], axis=-1))
+            z, index = flat[first, 2], index[first]
             flat = np.stack([np.sqrt(np.maximum(1.0 - z * z, 0.0)), np.zeros_like(z), z], axis=-1)
-            back = back.reshape(-1)
         inner = single(flat, Places(places.shape, index))
         value, error, missing = (x[back].reshape(*area.shape, -1) for x in inner)
         share = NODES[:, 2] * area
