@@ -192,6 +192,7 @@ def test_a_texture_is_trained_in_torch():
     np.testing.assert_allclose(module.reflectance.rho.texels.detach(), COLOURS, atol=0.01)
 
 
+@pytest.mark.slow_because("JAX compiles what it computes, and is started where no test has been before")
 def test_a_textured_material_is_a_pytree():
     jax = pytest.importorskip("jax")
     import gonio.bridges.jax  # noqa: F401  (materials become pytrees)
