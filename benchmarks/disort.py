@@ -28,10 +28,9 @@ def main() -> None:
         legendre = g ** np.arange(2 * streams)
         for depth in DEPTHS:
             for mu_i in LIT:
-                mu, *_, u = pydisort(
-                    depth, ALBEDO, streams, legendre, mu_i, 1.0, 0.0, NLeg=streams, NFourier=streams,
-                    f_arr=legendre[streams], NT_cor=abs(g) > 0.0,
-                )  # fmt: skip
+                corrected = {"f_arr": legendre[streams], "NT_cor": g != 0.0}
+                found = pydisort(depth, ALBEDO, streams, legendre, mu_i, 1.0, 0.0, NLeg=streams, **corrected)
+                mu, u = found[0], found[-1]  # NFourier is as many as streams
                 for phi in AZIMUTHS:
                     radiance = u(0.0, np.pi - phi)[: streams // 2]  # its azimuths are those that light goes along
                     for mu_o in SEEN:

@@ -13,16 +13,17 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from ..arrays import ops
-from ..arrays.kinds import SCALAR, VALUE, VECTOR, with_channels
+from ..arrays.kinds import with_channels
 from ..errors import ParameterError, TraceError
 from ..evaluate import batch
-from ..evaluate.tracing import Task, traced
-from ..formula.direction import Direction, dot
+from ..evaluate.tracing import traced
+from ..formula.direction import Direction
 from ..formula.fields import part
 from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum
 from ..formula.state import derived
 from ..formula.world import moved, vector
+from . import light_kernels
 
 FAR = 1e30
 """The distance [m] of light from infinitely far away."""
@@ -228,7 +229,7 @@ class Light(Parametrised):
         if not self.is_formula():
             raise self._lacks("seen")
         w, position = _arrays("w", w, position)
-        return _with_channels(batch.run(_INCIDENT, self, (w, position))[0], w, position)
+        return _with_channels(batch.run(light_kernels.INCIDENT, self, (w, position))[0], w, position)
 
     def distance(self, w: Any, position: Any = ORIGIN) -> Any:
         """The distance [m] (...) to where light comes from, along unit world directions w (..., 3).
@@ -237,7 +238,7 @@ class Light(Parametrised):
         >>> print(gn.ConstantLight(2.0).distance(gn.direction(0.5, 0.0)))
         1e+30
         """
-        return batch.run(_DISTANCE, self, _arrays("w", w, position))[0]
+        return batch.run(light_kernels.DISTANCE, self, _arrays("w", w, position))[0]
 
     def sample(self, u: Any, position: Any = ORIGIN) -> tuple[Any, Any]:
         """World directions (..., 3) for uniform numbers u (..., 2), and their density per solid angle [1/sr] (...).
@@ -248,7 +249,7 @@ class Light(Parametrised):
         >>> print(w.shape, np.allclose(pdf, light.pdf(w)))
         (2, 3) True
         """
-        w, pdf = batch.run(_SAMPLE, self, _arrays("u", u, position))
+        w, pdf = batch.run(light_kernels.SAMPLE, self, _arrays("u", u, position))
         return w, pdf
 
     def pdf(self, w: Any, position: Any = ORIGIN) -> Any:
@@ -260,7 +261,7 @@ class Light(Parametrised):
         >>> print(light.pdf(sun) > 10.0 * light.pdf(np.array([0.0, 0.0, 1.0])))
         True
         """
-        return batch.run(_PDF, self, _arrays("w", w, position))[0]
+        return batch.run(light_kernels.PDF, self, _arrays("w", w, position))[0]
 
     def arrival(self, position: Any) -> Arrival:
         """The light that a delta light sends to `position` (..., 3).
@@ -270,7 +271,7 @@ class Light(Parametrised):
         [2.]
         """
         (position,) = _arrays("position", position)
-        w, E, distance = batch.run(_ARRIVAL, self, (position,))
+        w, E, distance = batch.run(light_kernels.ARRIVAL, self, (position,))
         return Arrival(w, _with_channels(E, position), distance)
 
     def irradiance_at(self, position: Any, normal: Any) -> Any:
@@ -283,7 +284,7 @@ class Light(Parametrised):
         if not self.has_closed_form:
             return None
         position, normal = _arrays("position", position, normal)
-        found = batch.run(_IRRADIANCE, self, (position, normal))[0]
+        found = batch.run(light_kernels.IRRADIANCE, self, (position, normal))[0]
         return _with_channels(found, position, normal)
 
     def check_position(self, position: Any) -> None:
@@ -303,7 +304,7 @@ class Light(Parametrised):
         known = lib.known(position)
         if known is None:
             return
-        held = batch.run(_HOLDS, self, (np.asarray(known, dtype=float),))[0]
+        held = batch.run(light_kernels.HOLDS, self, (np.asarray(known, dtype=float),))[0]
         if np.any(held):
             where = ", ".join(f"{x:g}" for x in np.asarray(known)[np.asarray(held, dtype=bool)].reshape(-1, 3)[0])
             rule = "expected positions outside the light"
@@ -403,7 +404,7 @@ class _Moved(_OfLight):
 def _asks_where(light: Light) -> bool:
     """Whether what a formula gives depends on the position."""
     try:
-        return 0 in traced(_PLACED, light, None).read
+        return 0 in traced(light_kernels.PLACED, light, None).read
     except TraceError:
         return True
 
@@ -429,73 +430,3 @@ def _with_channels(value: Any, *arrays: Any) -> Any:
     axes = max(len(ops.library(x).shape(x)) for x in arrays) - 1
     value = value if hasattr(value, "ndim") else np.asarray(value)
     return with_channels(value, axes)
-
-
-# Kernels: see base/kernels.py.
-
-
-def _nan_of(*numbers: Any) -> Any:
-    """0, or NaN where a number is NaN or infinite."""
-    total = numbers[0]
-    for x in numbers[1:]:
-        total = total + x
-    return total - total
-
-
-def _incident(light: Light, mean: Light, w: Any, p: Any) -> tuple[Any, ...]:
-    return (light.seen(Direction(*p), Direction(*w))[0] + _nan_of(*w),)
-
-
-def _distance(light: Light, mean: Light, w: Any, p: Any) -> tuple[Any, ...]:
-    return (mean.seen(Direction(*p), Direction(*w))[1] + _nan_of(*w),)
-
-
-def _pdf(light: Light, mean: Light, w: Any, p: Any) -> tuple[Any, ...]:
-    return (mean.density(Direction(*p), Direction(*w)) + _nan_of(*w),)
-
-
-def _sample(light: Light, mean: Light, u: Any, p: Any) -> tuple[Any, ...]:
-    w, density = mean.drawn(Direction(*p), *u)
-    nan = _nan_of(*u)
-    return Direction(w.x + nan, w.y + nan, w.z + nan), density + nan
-
-
-def _holds(light: Light, mean: Light, p: Any) -> tuple[Any, ...]:
-    return (ops.where(mean.holds(Direction(*p)), 1.0, 0.0),)
-
-
-def _irradiance(light: Light, mean: Light, p: Any, n: Any) -> tuple[Any, ...]:
-    p, n = Direction(*p), Direction(*n)
-    if light.is_delta:
-        w, E, _ = light.beam(p)
-        return (E * ops.maximum(dot(w, n), 0.0),)
-    return (light.irradiance_on(p, n) + _nan_of(*n, *p),)
-
-
-def _arrival(light: Light, mean: Light, p: Any) -> tuple[Any, ...]:
-    w, _, distance = mean.beam(Direction(*p))
-    none = 0.0 * _nan_of(*p)
-    E = light.beam(Direction(*p))[1]
-    return Direction(w.x + none, w.y + none, w.z + none), E + none, distance + none
-
-
-def _placed(light: Light, mean: Light, p: Any, w: Any, u: Any) -> tuple[Any, ...]:
-    p, w = Direction(*p), Direction(*w)
-    if light.is_delta:
-        towards, E, distance = light.beam(p)
-        return towards, E, distance
-    if not light.can_sample and not light.has_horizon:
-        return w, *light.seen(p, w)
-    drawn, density = light.drawn(p, *u)
-    L, distance = light.seen(p, w)
-    return drawn, L + 0.0 * density, distance
-
-
-_PLACED = Task(_placed, (VECTOR, SCALAR, SCALAR), (3, 3, 2))
-_INCIDENT = Task(_incident, (VALUE,), (3, 3))
-_DISTANCE = Task(_distance, (SCALAR,), (3, 3))
-_PDF = Task(_pdf, (SCALAR,), (3, 3))
-_SAMPLE = Task(_sample, (VECTOR, SCALAR), (2, 3))
-_HOLDS = Task(_holds, (SCALAR,), (3,))
-_IRRADIANCE = Task(_irradiance, (VALUE,), (3, 3))
-_ARRIVAL = Task(_arrival, (VECTOR, VALUE, SCALAR), (3,))
