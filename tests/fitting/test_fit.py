@@ -76,7 +76,7 @@ def test_every_model_fits_its_own_values(name):
     truth = model.replace(numbers)
     wi, wo = spread_pairs(3000)
     f = truth.f(wi, wo)
-    found = gn.fit((wi, wo, f), model, "log", by=numbers)
+    found = gn.fit((wi, wo, f), model, "log", by=list(numbers))
     off = np.log1p(found.model.f(wi, wo) * wi[:, 2]) - np.log1p(f * wi[:, 2])
     assert found.converged and np.sqrt(np.mean(off**2)) < 1e-3 * np.sqrt(np.mean(np.log1p(f * wi[:, 2]) ** 2))
     found.report()
