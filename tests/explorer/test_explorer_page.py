@@ -1,11 +1,13 @@
 """The built page that is shipped, and browsers that do not take the terminal."""
 
+import re
 import webbrowser
 
 import pytest
 
 from gonio.errors import NotFoundError
 from gonio.explorer import page, serving
+from gonio.report.display.results import MARKS
 
 
 def test_a_page_that_has_not_been_built(tmp_path, monkeypatch):
@@ -38,3 +40,13 @@ def test_browsers_in_the_terminal_are_not_opened(kind, is_opened, monkeypatch):
     monkeypatch.setattr(webbrowser, "get", Browser)
     serving._open("http://127.0.0.1:1/open/x")
     assert bool(opened) == is_opened
+
+
+@pytest.mark.parametrize("verdict, sign", MARKS.items())
+def test_verdicts_have_the_signs_that_notebooks_show(verdict, sign):
+    script = page.files()["explorer.js"][0].decode()
+    assert re.search(rf"[{{,][`\"]?{verdict}[`\"]?:`{sign}`", script)
+
+
+def test_a_law_that_fails_is_coloured():
+    assert ".verdict-FAIL" in page.files()["explorer.css"][0].decode()

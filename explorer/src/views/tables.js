@@ -60,7 +60,7 @@ export class Laws extends TextView {
   }
 }
 
-const SIGNS = { pass: "✓", fail: "✕" };
+const SIGNS = { pass: "✓", "not significant": "≈", breaks: "○", FAIL: "✗" };
 
 function tableOf({ rows }) {
   const cell = (value) => (typeof value === "number" ? written(value) : value ?? "");
