@@ -48,6 +48,8 @@ class _Layered(Reflectance):
     """Parameters by which the tables hold slopes, too."""
     behind: Any = state(False)
     """Whether the layers are seen from below, of lobes."""
+    bends: bool = state(True)
+    """Whether light in front, or behind, can be reflected totally: tables then have panels."""
 
     base: Any  # fields, of each stack its own
     channel: Any
@@ -283,14 +285,17 @@ class _Table(_Lobe):
 
         cells, turns, count = (noted(k) for k in range(3))
         first, *reach = (noted(3.0 * block + (3.0 + k)) for k in range(3))
-        ends = []
-        for k in range(len(indices) if len(indices) > 1 else 0):
-            medium, end = noted((3.0 + 3.0 * many + k) + self.channel * float(len(indices))), FAR
-            for number, n in enumerate(indices):
-                end = ops.where(ops.absolute(medium - float(number)) < 0.5, n, end)
-            ends.append(end)
-        tables = Tables(self.splines, 0.0, (reach[0], reach[1]), cells, turns, ends or indices)
+        ends: list[Any] = []
         several = reach[0] * reach[1]
+        if self.bends or (self.paths and many > 1):  # where indices move light behind moves to other panels
+            for k in range(len(indices)):
+                medium, end = noted((3.0 + 3.0 * many + k) + self.channel * float(len(indices))), FAR
+                for number, n in enumerate(indices):
+                    end = ops.where(ops.absolute(medium - float(number)) < 0.5, n, end)
+                ends.append(end)
+        else:
+            ends, several = [1.0], 1.0
+        tables = Tables(self.splines, 0.0, (reach[0], reach[1]), cells, turns, ends)
         values = 3.0 + 3.0 * many + count * float(len(indices))
 
         def looked_up(number: int) -> Any:

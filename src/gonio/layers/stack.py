@@ -80,6 +80,7 @@ class Stack(_Layered):
         self._hold(tolerance=float(tolerance))
         self._set(values, fields=fields)
         self.validate()
+        self._hold(bends=any(self._kinks(behind) for behind in {False, self.sides == "both"}))
 
     def validate(self) -> None:
         for path, field, value, _ in self.walk():
