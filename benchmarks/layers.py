@@ -2,12 +2,14 @@
 
 For each stack: the nodes and orders that a tolerance chooses, the seconds that its tables take (the second time: what
 is compiled is kept), nanoseconds of one f, and f beside that of tolerance 1e-5: median and 99 % of relative errors.
+Then the milliseconds of albedos: of the first, which integrates at some polar angles, and of more; and of a white sky.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +25,14 @@ STACKS = {
     "rough coat 0.1, paint, metal 0.2": ([gn.RoughInterface(1.5, 0.1), gn.Medium(1.0, 0.9, 0.5)], GOLD),
     "two rough coats, paint": ([gn.RoughInterface(1.4, 0.2), gn.Medium(2.0, 1.0), gn.RoughInterface(1.2, 0.1)], GOLD),
     "haze, g = 0.9": ([gn.Medium(2.0, 0.99, 0.9)], gn.Lambertian(0.2)),
+}
+
+WHITE = gn.Lambertian(1.0)
+LIT = {
+    "coat, three channels": ([gn.Interface(1.5), gn.Medium(0.5, [0.9, 0.8, 0.7])], gn.Lambertian(0.5)),
+    "medium, g = 0.95, on white": ([gn.Medium(1.0, 1.0, 0.95)], WHITE),
+    "thinner medium on white": ([gn.Interface(1.0 / 1.5), gn.Medium(1.0, 1.0, 0.5)], WHITE),
+    "pane with a medium, g = 0.9": ([gn.Interface(1.5), gn.Medium(1.0, 0.95, 0.9), gn.Interface(1.0 / 1.5)], None),
 }
 
 
@@ -55,6 +65,21 @@ def main() -> None:
             row = f"{name:34}{tolerance:10g}{m.nodes:7d}{m.orders:7d}{built:8.2f}{each:7.0f}{median:9.0e}{most:9.0e}"
             lines.append(row)
             print(row, flush=True)
+    lines += ["", f"{'albedos [ms]':34}{'first':>9}{'400':>9}{'1e5':>9}{'first sky':>11}{'sky':>9}"]
+    steep = gn.direction(np.linspace(0.0, 1.55, 400), 0.0)
+    for name, (layers, base) in LIT.items():
+        m = gn.Stack(layers, base)
+        m.f(wi[:1], wo[:1])
+        gn.white_sky_albedo(gn.Stack(layers, base, tolerance=0.1))  # compiles
+        calls = [partial(gn.albedo, m, w) for w in (steep[:1], steep, wi[:100_000])]
+        took = []
+        for call in (*calls, *2 * [partial(gn.white_sky_albedo, m)]):
+            start = time.perf_counter()
+            call()
+            took.append((time.perf_counter() - start) * 1e3)
+        row = f"{name:34}{took[0]:9.1f}{took[1]:9.1f}{took[2]:9.1f}{took[3]:11.1f}{took[4]:9.1f}"
+        lines.append(row)
+        print(row, flush=True)
     out = parser.parse_args().out
     if out is not None:
         out.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -8,7 +8,7 @@ import pytest
 from libraries import thinned
 
 import gonio as gn
-from gonio.layers.layered import _Rest, _Through
+from gonio.layers.layered import _Lobe, _Rest, _Through
 
 FULL = pytest.mark.full
 DISORT = np.loadtxt(Path(__file__).parent / "disort.tsv", skiprows=2)
@@ -82,7 +82,7 @@ def beside(*sines):
     ],
 )
 def test_f_itself_integrates_to_all_light(layers, sines, w, monkeypatch):
-    for lobe in (_Rest, _Through):
+    for lobe in (_Rest, _Through, _Lobe):
         monkeypatch.delattr(lobe, "_collected")
     m = gn.Stack(layers, None if layers in PANES else gn.Lambertian(1.0))
     w = beside(*sines) if w is None else w

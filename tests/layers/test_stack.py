@@ -396,6 +396,17 @@ def test_derivatives_of_transmission_are_those_of_differences(m, by):
         assert np.percentile(off, 95) < 2e-4, path
 
 
+@pytest.mark.usefixtures("uncompiled")
+def test_an_index_behind_that_is_as_in_front_may_change():
+    """Light behind then moves to other panels; near grazing the differences themselves do."""
+    wi, wo = (w[:60] for w in (BOTH_I, BOTH_O))
+    m, step = gn.Stack([gn.Interface(1.5), gn.Medium(0.5, 0.9), gn.Interface(1.0 / 1.5)], tolerance=0.1), 1e-4
+    high, low = (m.replace({"2.eta": 1.0 / 1.5 + change}).f(wi, wo) for change in (step, -step))
+    slope = (high - low) / (2.0 * step)
+    off = np.abs(m.jacobian(wi, wo, ["2.eta"]).by["2.eta"] - slope) / np.abs(slope).max()
+    assert np.median(off) < 1e-5
+
+
 THROUGH = [
     [Medium(1.0, 0.9, 0.5)],
     [Smooth(1.5), Medium(1.0, 0.9, 0.0)],

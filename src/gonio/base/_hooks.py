@@ -7,7 +7,7 @@ that it may write stands here too. `wi` points to the light, `wo` to the viewer,
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -17,6 +17,7 @@ from ..formula.direction import Direction, mirror
 from ..formula.distribution import Spread
 from ..formula.mueller import Mueller
 from ..formula.parametrised import Parametrised
+from ..numerics.quadrature import Integrals
 
 if TYPE_CHECKING:
     from .reflectance import Reflectance
@@ -171,9 +172,12 @@ class Hooks(Parametrised):
         whole: Any = self  # a Reflectance: nothing else has these hooks
         yield 1.0, whole
 
-    def _collected(self, w: Any, incident: bool) -> Any:
-        """Integrals (n, C) of f cos over the directions of light, or `incident` of the viewer, for fixed directions
-        (n, 3) of the viewer, or of light, of a lobe whose tables hold these; None: none does."""
+    def _collected(self, w: Any, incident: bool, goal: float, each: Callable[[Any, float], Integrals]) -> Any:
+        """`Integrals` of f cos over the directions of light, or `incident` of the viewer, for fixed directions (n, 3)
+        of the viewer, or of light, to an error `goal`, of a lobe that has them of few; None: it has not.
+
+        `each`: those of directions (k, 3) to an error, each by itself.
+        """
         return None
 
     def diffuse(self) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -59,17 +59,23 @@ def over_directions(
         largest = np.abs(weight).max(axis=-1)
         if not largest.any():
             continue
-        known = lobe._collected(fixed, incident) if domain is SAMPLED and radiance is None else None
-        if known is not None:
-            value = value + weight * known
-            continue
         goal = tolerance / (len(lobes) * np.fmax(largest, 1e-300))
-        integrands = [_Integrand(lobe, fixed, places, incident, domain, radiance).of(*c) for c in _alike(lobe)]
-        groups = [integrand.integrals(goal, unit, side) for integrand in integrands]
-        value = value + weight * np.concatenate([g.value for g in groups], axis=-1)
-        error = error + largest * np.max([g.error for g in groups], axis=0)
-        missing = np.maximum(missing, np.max([g.missing for g in groups], axis=0))
+        whole = _Integrand(lobe, fixed, places, incident, domain, radiance)
+        found = None
+        if count and domain is SAMPLED and radiance is None:
+            found = lobe._collected(fixed, incident, float(goal.min()), whole.each)
+        if found is None:
+            found = _beside(part.integrals(goal, unit, side) for part in whole.alike())
+        value = value + weight * found.value
+        error = error + largest * found.error
+        missing = np.maximum(missing, found.missing)
     return Integrals(value, error, missing)
+
+
+def _beside(groups: Iterable[Integrals]) -> Integrals:
+    """Integrals of all channels, of those of groups of them."""
+    values, errors, missing = zip(*groups, strict=True)
+    return Integrals(np.concatenate(values, axis=-1), np.max(errors, axis=0), np.max(missing, axis=0))
 
 
 def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
@@ -107,7 +113,16 @@ class _Integrand(NamedTuple):
             return value[..., first:last] if np.ndim(value) and value.shape[-1] > 1 else value
 
         light = None if radiance is None else lambda there, index: channels(radiance(there, index))
-        return self._replace(lobe=lobe.each(channels), radiance=light)
+        return self._replace(lobe=lobe.rebuilt(lambda _, field, value: channels(value)), radiance=light)
+
+    def alike(self) -> Iterator[_Integrand]:
+        """Those of the groups of channels that are integrated together."""
+        return (self.of(*channels) for channels in _alike(self.lobe))
+
+    def each(self, fixed: np.ndarray, goal: float) -> Integrals:
+        """Over the hemisphere for other fixed directions, each by itself, of all channels of a lobe without maps."""
+        goals, unit = np.full(len(fixed), goal), np.ones(len(fixed))
+        return _beside(part.at(None)(fixed, goals, unit) for part in self.alike())
 
     def integrals(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
         """Over a part of the directions in that part's coordinates, in which its rim is no jump; but in the lobe's own

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from functools import cache, partial
 from typing import Any, ClassVar, TypeVar
@@ -18,12 +19,14 @@ from ..formula.fresnel.dielectric import fresnel_dielectric
 from ..formula.mueller import Mueller
 from ..formula.state import inferred, state
 from ..formula.table_warp import MarginalWarp, Slices, tables_when_needed
+from ..numerics.quadrature import Integrals
 from ..tables.drawing import KINDS, VIEWS, Drawn, lobe_tables
 from . import polarized
 from .base import STEP, reflected
 from .grid import SAME
 from .layer import Layer, Medium, RoughInterface
 from .response import Part, Response, Rough, Scatterers, Smooth, response
+from .shared import Each, Shared, shared
 from .table import FAR, Tables, albedos, shape_for, tabulated
 
 TABLES = ("splines", "shape")
@@ -45,6 +48,8 @@ class _Layered(Reflectance):
     """Parameters by which the tables hold slopes, too."""
     behind: Any = state(False)
     """Whether the layers are seen from below, of lobes."""
+    bends: bool = state(True)
+    """Whether light in front, or behind, can be reflected totally: tables then have panels."""
 
     base: Any  # fields, of each stack its own
     channel: Any
@@ -86,8 +91,12 @@ class _Layered(Reflectance):
 
     @property
     def kinks(self) -> list[float]:
+        return self._kinks(self.behind)
+
+    def _kinks(self, behind: bool) -> list[float]:
+        """Sines of the angles in front, or behind, at which total reflection sets in."""
         indices = self._indices()
-        here = np.asarray(indices[-1 if self.behind else 0])
+        here = np.asarray(indices[-1 if behind else 0])
         return sorted({float(x) for n in indices for x in np.ravel(n / here) if x < 1.0 - SAME})
 
     def _indices(self) -> list[Any]:
@@ -109,7 +118,11 @@ class _Layered(Reflectance):
 
     def _as(self, kind: type[L], **changes: Any) -> L:
         """A lobe of this stack, bound where this is."""
-        return kind._made_of(self.__dict__, {"_derived": {}, "_alike": {}}, changes)
+        return kind._made_of(self.__dict__, {"_derived": self._responses(), "_alike": {}}, changes)
+
+    def _responses(self) -> dict[Any, Any]:
+        """The responses, as derived values of a copy of other slopes, or of a lobe."""
+        return {_Layered._response: self._derived.setdefault(_Layered._response, {})}
 
     # Tables.
 
@@ -213,6 +226,15 @@ class _Lobe(_Layered):
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         yield 1.0, self
 
+    def _collected(self, w: np.ndarray, incident: bool, goal: float, each: Each) -> Integrals | None:
+        """Those between few, kept for goals of about this size."""
+        known, goal = self._derived.setdefault(_Lobe._collected, {}), 4.0 ** math.floor(math.log(goal, 4.0))
+        if (incident, goal) not in known:
+            across = self.sides == "across" and incident  # then light is on the other side
+            known[incident, goal] = shared(self._kinks(self.behind != across), goal, each)
+        found: Shared | None = known[incident, goal]
+        return None if found is None else found.at(w)
+
     def passage(self, w: Direction) -> list[tuple[Any, Direction, Any]]:
         """For each layer that light along w gets straight to, and for the base if it does: the share that gets there,
         the direction, and the index."""
@@ -263,14 +285,17 @@ class _Table(_Lobe):
 
         cells, turns, count = (noted(k) for k in range(3))
         first, *reach = (noted(3.0 * block + (3.0 + k)) for k in range(3))
-        ends = []
-        for k in range(len(indices) if len(indices) > 1 else 0):
-            medium, end = noted((3.0 + 3.0 * many + k) + self.channel * float(len(indices))), FAR
-            for number, n in enumerate(indices):
-                end = ops.where(ops.absolute(medium - float(number)) < 0.5, n, end)
-            ends.append(end)
-        tables = Tables(self.splines, 0.0, (reach[0], reach[1]), cells, turns, ends or indices)
+        ends: list[Any] = []
         several = reach[0] * reach[1]
+        if self.bends or (self.paths and many > 1):  # where indices move light behind moves to other panels
+            for k in range(len(indices)):
+                medium, end = noted((3.0 + 3.0 * many + k) + self.channel * float(len(indices))), FAR
+                for number, n in enumerate(indices):
+                    end = ops.where(ops.absolute(medium - float(number)) < 0.5, n, end)
+                ends.append(end)
+        else:
+            ends, several = [1.0], 1.0
+        tables = Tables(self.splines, 0.0, (reach[0], reach[1]), cells, turns, ends)
         values = 3.0 + 3.0 * many + count * float(len(indices))
 
         def looked_up(number: int) -> Any:
@@ -287,12 +312,13 @@ class _Table(_Lobe):
             total = total + away * looked_up(1 + number)
         return total
 
-    def _collected_by(self, number: int, w: np.ndarray, by_rows: bool) -> np.ndarray:
+    def _collected_by(self, number: int, w: np.ndarray, by_rows: bool) -> Integrals:
         """What a block of the response sends of light from directions (n, 3), (n, C)."""
         responses = [self._response(c) for c in range(self.channels or 1)]
-        z = np.clip(w[:, 2], 0.0, 1.0)
+        z, up = np.clip(w[:, 2], 0.0, 1.0), w[:, 2:] > HORIZON
         found = np.stack([albedos(r.grid, r.blocks[number], z, by_rows) for r in responses], axis=-1)
-        return np.where(np.isnan(w).any(axis=-1, keepdims=True), np.nan, np.where(w[:, 2:] > HORIZON, found, 0.0))
+        value = np.where(np.isnan(w).any(axis=-1, keepdims=True), np.nan, np.where(up, found, 0.0))
+        return Integrals(value, np.zeros(len(w)), np.zeros(len(w)))
 
     def crossed_first(self, w: Direction, behind: Any) -> Mueller:
         """What the smooth interfaces on top do to s and p, or where `behind` those at the bottom."""
@@ -329,7 +355,7 @@ class _Rest(Drawn, _Table):
         n = choose(self.behind, self._indices()[-1], 1.0)
         return self.found(choose(self.behind, 1.0, 0.0), wi, n, wo, n) * self.over()
 
-    def _collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
+    def _collected(self, w: np.ndarray, incident: bool, goal: float, each: Any) -> Integrals:
         return self._collected_by(int(self.behind), w, True)
 
     def _seen_from(self, wo: Direction) -> tuple[Slices, Any]:
@@ -362,13 +388,13 @@ class _Through(_Table):
             front, below = select(behind, wi, wo), select(behind, wo, wi)
         return self.found(2.0, front, 1.0, below, self._indices()[-1]) * self.over()
 
-    def _collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
+    def _collected(self, w: np.ndarray, incident: bool, goal: float, each: Any) -> Integrals:
         # Light that comes from in front is seen from behind.
         found = self._collected_by(2, w, bool(self.behind) == incident)
         if incident:
             return found
         index = np.atleast_1d(self._indices()[-1])
-        return found * (index * index if self.behind else 1.0 / (index * index))
+        return found._replace(value=found.value * (index * index if self.behind else 1.0 / (index * index)))
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         into = self.crossed_first(upward(wi), turned_over(self.behind, True))

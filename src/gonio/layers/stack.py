@@ -16,6 +16,7 @@ from ..formula.direction import Direction
 from ..formula.fields import Param, part
 from ..formula.fields import channels as channel_field
 from ..formula.mueller import Mueller
+from ..formula.state import derived
 from . import polarized
 from .layer import Interface, Layer, Medium, RoughInterface
 from .layered import _Layered, _Rest, _Table, _Through, turned_over
@@ -79,6 +80,7 @@ class Stack(_Layered):
         self._hold(tolerance=float(tolerance))
         self._set(values, fields=fields)
         self.validate()
+        self._hold(bends=any(self._kinks(behind) for behind in {False, self.sides == "both"}))
 
     def validate(self) -> None:
         for path, field, value, _ in self.walk():
@@ -117,10 +119,16 @@ class Stack(_Layered):
     def turned(self, back: Any) -> Reflectance:
         if self.sides != "both":
             return super().turned(back)
-        other = self._as(Stack, behind=not self.behind)
+        if isinstance(back, bool):
+            return weighed((self._over if back else self).lobes())
         here = [(choose(back, 0.0, 1.0), lobe) for _, lobe in self._closed()]
-        there = [(choose(back, 1.0, 0.0), lobe) for _, lobe in other._closed()]
+        there = [(choose(back, 1.0, 0.0), lobe) for _, lobe in self._over._closed()]
         return weighed([*here, *there, *self._tabulated(turned_over(self.behind, back))])
+
+    @derived
+    def _over(self) -> Stack:
+        """Seen from the other side."""
+        return self._as(Stack, behind=not self.behind)
 
     def _remade(self, changes: dict[str, Any]) -> Self:
         values = {name: self.__dict__[name] for name in self.fields} | changes
@@ -151,8 +159,7 @@ class Stack(_Layered):
     def _with_slopes(self, paths: tuple[str, ...]) -> Stack:
         known = self._derived.setdefault(Stack._with_slopes, {})
         if paths not in known:
-            responses = {_Layered._response: self._derived.setdefault(_Layered._response, {})}
-            bare = Stack._made_of(self.__dict__, {"paths": paths, "_alike": {}, "_derived": responses})
+            bare = Stack._made_of(self.__dict__, {"paths": paths, "_alike": {}, "_derived": self._responses()})
             known[paths] = Stack._made_of(bare.__dict__, {"_kept": bare._keep()})
         found: Stack = known[paths]
         return found
@@ -160,8 +167,12 @@ class Stack(_Layered):
     # Lobes.
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield from self._closed()
-        yield from self._tabulated(self.behind)
+        return self._lobes
+
+    @derived
+    def _lobes(self) -> tuple[tuple[Any, Reflectance], ...]:
+        """Lobes that remain: they keep their integrals, and plans of kernels."""
+        return *self._closed(), *self._tabulated(self.behind)
 
     def _closed(self) -> Iterable[tuple[Any, Reflectance]]:
         """The lobes in closed form."""
