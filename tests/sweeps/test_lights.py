@@ -7,6 +7,8 @@ chosen by their names; all with `full`. A failure ends with three lines of Pytho
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,21 +20,17 @@ from sweeps import cell, one_in, one_of
 import gonio as gn
 
 NAMES = sorted(made())
-QUICK = {"irradiance", "reflected_radiance", "observations", "photometric_stereo"}
-"""Functions that are tried with all lights by default; pictures and double integrals with one."""
+QUICK = ("irradiance", "observations", "photometric_stereo", "reflected_radiance")
 
 
-def cells(*functions: str, quick: set[str], once: set[str]) -> list[Any]:
-    """A function, a material, a light."""
-    return [
-        cell(
-            f, m, x, default=(f in quick and (m == "paint" or one_in(4, f, x))) or (f in once and x == one_of(NAMES, f))
-        )
-        for f in functions
-        for m in MATERIALS
-        for x in NAMES
-        if m == "paint" or "(m, " in {**CALLS, **RATIOS}[f]
-    ]
+def cells(functions: Iterable[str], part: dict[str, int], once: Collection[str]) -> list[Any]:
+    """A function, a material, a light. By default `part`: one light in so many; `once`: one of all."""
+    found = []
+    for f, m, x in product(functions, MATERIALS, NAMES):
+        if m == "paint" or "(m, " in {**CALLS, **RATIOS}[f]:
+            many = part.get(f, 0) * (1 if m == "paint" else 4)
+            found.append(cell(f, m, x, default=one_in(many, f, x) if many else f in once and x == one_of(NAMES, f)))
+    return found
 
 
 def hold(under: Lit, found: list[np.ndarray] | Refused, expected: list[np.ndarray], tolerance: float) -> None:
@@ -50,7 +48,7 @@ def test_every_function_that_takes_lights_is_in_the_sweep():
     )
 
 
-@pytest.mark.parametrize("function, m, name", cells(*CALLS, *RATIOS, quick=QUICK, once={*CALLS, *RATIOS}))
+@pytest.mark.parametrize("function, m, name", cells({**CALLS, **RATIOS}, dict.fromkeys(QUICK, 1), {**CALLS, **RATIOS}))
 def test_twice_the_light(function, m, name):
     lamps = f"a = {made()[name]}; b = {twice(name)}"
     under = Lit(MATERIALS[m], lamps, {**CALLS, **RATIOS}[function], "(([a], 1.0), ([b], 2.0))")
@@ -61,9 +59,7 @@ def test_twice_the_light(function, m, name):
     hold(under, two, [(2.0 if function in CALLS else 1.0) * x for x in one], 1e-12)
 
 
-@pytest.mark.parametrize(
-    "function, m, name", cells(*CALLS, quick={"reflected_radiance"}, once={"render", "irradiance"})
-)
+@pytest.mark.parametrize("function, m, name", cells(CALLS, {"reflected_radiance": 2, "irradiance": 4}, {"render"}))
 def test_two_lights_are_the_sum_of_each(function, m, name):
     other = NAMES[NAMES.index(name) - 1]
     lamps = f"a = {made()[name]}; b = {made()[other]}"

@@ -7,6 +7,7 @@ chosen by their names; all with `full`. A failure ends with three lines of Pytho
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,8 @@ from sweeps import cell, one_in, one_of
 
 import gonio as gn
 
-QUICK = {"irradiance", "observations", "photometric_stereo", "reflected_radiance"}
+QUICK = {"irradiance": 2, "observations": 2, "photometric_stereo": 2, "reflected_radiance": 1}
+"""Calls that are no pictures: by default shifted under one light in so many, turned under a third of these."""
 
 
 def cells() -> list[Any]:
@@ -26,11 +28,12 @@ def cells() -> list[Any]:
     found = []
     for call, text in CALLS.items():
         lights = made() if "lit(a)" in text else {"ConstantLight": ""}
-        for motion in ONLY.get(call, ("shifted", "turned")):
-            for light in lights:
-                some = motion == "shifted" or one_in(3, call, motion, light)
-                default = some if call in QUICK or len(lights) == 1 else light == one_of(lights, call, motion)
-                found.append(cell(call, motion, light, default=default))
+        for motion, light in product(ONLY.get(call, ("shifted", "turned")), lights):
+            if call in QUICK or len(lights) == 1:
+                default = one_in(QUICK.get(call, 1) * (1 if motion == "shifted" else 3), call, motion, light)
+            else:
+                default = light == one_of(lights, call, motion)
+            found.append(cell(call, motion, light, default=default))
     return found
 
 
