@@ -8,6 +8,9 @@ import numpy as np
 
 from .errors import REFUSALS
 
+NANOMETRES = 50.0
+"""Wavelengths [nm] below which they are taken for micrometres: soft X-rays, otherwise."""
+
 _ADVICE = {
     "c": "take the real part or the modulus",
     "M": "subtract a date and divide by a unit of time",

@@ -33,6 +33,7 @@ SCOPE = {
     "matte": gn.Lambertian(0.5),
     "rgb": gn.Lambertian([0.2, 0.3, 0.4]),
     "spectrum": gn.Lambertian(np.full(31, 0.5)),
+    "dye": gn.Donaldson([[0.2, 0.0], [0.3, 0.6]], wavelengths=[400.0, 550.0]),
     "sun": gn.DistantLight(),
     "hostile": type("Hostile", (), {"__array__": lambda self, *_: 1 / 0, "__repr__": lambda self: 1 / 0})(),
 }
@@ -141,8 +142,14 @@ TABLE = [
     ("gn.render(matte, 3)", "render(lights=3): expected a light or a list of which each is a light"),
     ("gn.reflected_radiance(spectrum, gn.DistantLight(up, [1, 2, 3]), up)", "3 channels and the material has 31"),
     ("gn.reflected_radiance(spectrum, gn.ConstantLight([1, 2, 3]), up)", "ConstantLight has 3 channels"),
+    ("gn.reflectance(spectrum, sky=gn.ConstantLight([1, 2, 3]))", "3 channels and the material has 31"),
+    ("gn.reflectance_factor(dye, gn.Hemisphere(), up, gn.DistantLight(up, [1, 2, 3]))", "the material has 2"),
+    ("gn.reflected_radiance(dye, gn.DistantLight(up, [1, 2, 3]), up)", "3 channels and the material has 2"),
     ("gn.render(spectrum, gn.DistantLight(up, [1, 2, 3]), size=4)", "a light of one channel such as gn.ConstantLight"),
     ("gn.render(gn.Lambertian(np.full((4, 1), 0.5)), sun)", "rho is a map of shape (4,), with channels last"),
+    ("gn.from_half_difference(10.0, 0.0, 20.0, 0.0)", "in degrees? numpy.radians(10)"),
+    ("gn.select_model(matte, {'matt': matte, 'gray': 0.5 * matte}, theta_max=80.0)", "in degrees? numpy.radians(80)"),
+    ("gn.fit_many([matte], [matte], theta_max=80.0)", "theta_max=80.0"),
     ("gn.DistantLight('up')", "expected three numbers (direction to the light)"),
     ("gn.DistantLight(up * 0)", "a vector of length 0 is no direction"),
     # found by calling everything with anything

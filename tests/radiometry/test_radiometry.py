@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gonio import radiometry as rad
-from gonio.errors import ArrayTypeError, ParameterError, ShapeError
+from gonio.errors import ArrayTypeError, MeaningWarning, ParameterError, ShapeError
 
 PI = np.pi
 AXES = np.eye(3)
@@ -575,6 +575,8 @@ def test_photons():
     close(rad.photon_flux(1.0, one_ev), 1.0 / 1.602176634e-19, rel=1e-15)
     nm = np.array([200.0, 555.0, 2500.0])
     close(rad.radiant_flux(rad.photon_flux(3.0, nm), nm), 3.0, rel=1e-15)
+    with pytest.warns(MeaningWarning, match="in micrometres"):
+        rad.photon_flux(1.0, nm / 1000.0)
 
 
 # The table, the contract, and bad input

@@ -5,12 +5,13 @@ gonio.base, gonio.integrals, gonio.remote_sensing, gonio.repair and whatever els
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import house
 import numpy as np
 import pytest
-from directed import COUNT, SWEPT, TOLERANCE, Call, Refused, named, run
-from sweeps import trying
+from directed import COUNT, SWEPT, TOLERANCE, Call, Refused, directed, lines, named, run
+from materials import COMPILED
 
 import gonio as gn
 
@@ -28,45 +29,78 @@ OF_SHARES = {
 }
 """Calls whose results do not go with the material's weight."""
 
+BACK = {"incident": "collected", "source": "detector", "wi": "wo"} | {f"{x}_i": f"{x}_o" for x in ("theta", "phi")}
+BACK |= {"theta_s": "theta_v"}
+BACK |= {there: here for here, there in BACK.items()}
+"""Names of arguments that are exchanged where light goes the other way."""
+FULL = pytest.mark.full
+ONE_WAY = {
+    "c_factor": "a ratio to what a viewer at the normal sees",
+    "pdf": "a density of light for a viewer",
+    "reflectance": "a share of what arrives: the factor goes both ways",
+}
+RECIPROCAL = {name.lower(): m for name, m in vars(house).items() if isinstance(m, gn.Reflectance)}
+RECIPROCAL = {name: m for name, m in RECIPROCAL.items() if "reciprocity" not in m.breaches()}
+
+
+def _exchanged(call: Call) -> Call:
+    """The call with light and viewer in each other's place."""
+    return call._replace(arguments={BACK.get(k, k): v for k, v in call.arguments.items()})
+
+
+def _goes_both_ways(call: Call) -> bool:
+    last = call.name.rpartition(".")[2]
+    ends = BACK.keys() & directed()[call.name][1].keys()
+    return len(ends) > 1 and all(BACK[k] in ends for k in ends) and last not in ONE_WAY and "sky" not in call.arguments
+
+
+WAYS = [call for call in SWEPT if _goes_both_ways(call)]
+CONES = {"incident": "gn.Cone([0.0, 0.6, 0.8], 0.05)", "collected": "gn.Cone([0.3, 0.0, 1.0], 0.1)"}
+TWO_CONES = next(call for call in WAYS if call.name == "reflectance_factor")
+TWO_CONES = TWO_CONES._replace(arguments=TWO_CONES.arguments | CONES)
+
 each_call = pytest.mark.parametrize("call", DIRECTED, ids=str)
 
 
 def _pairs(
     call: Call, first: Callable, second: Callable, materials: Iterable[gn.Reflectance] = MATERIALS
-) -> Iterator[tuple[np.ndarray, np.ndarray, float]]:
-    """Results of two calls with each material, and how much they may differ."""
+) -> Iterator[tuple[np.ndarray, np.ndarray, float, str]]:
+    """Results of two calls with each material, their size, and three lines of Python that print the latter."""
     for m in materials:
-        with trying(m=m):
-            a, b = first(m), second(m)
-            if isinstance(a, Refused) or isinstance(b, Refused):
-                assert a == b
-                continue
-            for x, y in zip(a, b, strict=True):
-                yield x, y, np.nanmax(np.abs(y), initial=1e-300)
+        a, b, told = first(m), second(m), lines(call, m, COUNT, 0)
+        if isinstance(a, Refused) or isinstance(b, Refused):
+            assert a == b, told
+            continue
+        for x, y in zip(a, b, strict=True):
+            yield x, y, np.nanmax(np.abs(y), initial=1e-300), told
 
 
 @each_call
 def test_order_and_repetition_of_directions(call):
     at = np.array([4, 0, 0, 6, 2, 4])
-    for x, y, size in _pairs(call, lambda m: run(call, m, at), lambda m: run(call, m, slice(None))):
-        np.testing.assert_allclose(1.0 * x, 1.0 * y[at], rtol=0.0, atol=TOLERANCE if call.integral else 1e-12 * size)
+    for x, y, size, told in _pairs(call, lambda m: run(call, m, at), lambda m: run(call, m, slice(None))):
+        np.testing.assert_allclose(
+            1.0 * x, 1.0 * y[at], rtol=0.0, atol=TOLERANCE if call.integral else 1e-12 * size, err_msg=told
+        )
 
 
 @each_call
 def test_axes_of_a_batch(call):
     """(2, 3) directions are six."""
-    for x, y, size in _pairs(
+    for x, y, size, told in _pairs(
         call, lambda m: run(call, m, np.arange(6).reshape(2, 3)), lambda m: run(call, m, slice(6))
     ):
-        assert x.shape == (2, 3, *y.shape[1:])
+        assert x.shape == (2, 3, *y.shape[1:]), told
         atol = TOLERANCE if call.integral else 1e-12 * size
-        np.testing.assert_allclose(1.0 * x.reshape(y.shape), 1.0 * y, rtol=0.0, atol=atol)
+        np.testing.assert_allclose(1.0 * x.reshape(y.shape), 1.0 * y, rtol=0.0, atol=atol, err_msg=told)
 
 
 @pytest.mark.parametrize("call", [call for call in DIRECTED if call.name.rpartition(".")[2] not in OF_SHARES], ids=str)
 def test_scale_of_a_material(call):
-    for x, y, size in _pairs(call, lambda m: run(call, 0.5 * m, slice(3)), lambda m: run(call, m, slice(3))):
-        np.testing.assert_allclose(x, 0.5 * y, rtol=0.0, atol=TOLERANCE if call.integral else 1e-12 * size)
+    for x, y, size, told in _pairs(call, lambda m: run(call, 0.5 * m, slice(3)), lambda m: run(call, m, slice(3))):
+        np.testing.assert_allclose(
+            x, 0.5 * y, rtol=0.0, atol=TOLERANCE if call.integral else 1e-12 * size, err_msg=told
+        )
 
 
 @each_call
@@ -74,9 +108,9 @@ def test_single_precision(call):
     def in_single(m: gn.Reflectance) -> list[np.ndarray] | Refused:
         return run(call, m, slice(COUNT), np.float32)
 
-    for x, y, size in _pairs(call, in_single, lambda m: run(call, m, slice(COUNT))):
+    for x, y, size, told in _pairs(call, in_single, lambda m: run(call, m, slice(COUNT))):
         atol = 2 * TOLERANCE if call.integral else 1e-3 * size
-        np.testing.assert_allclose(1.0 * x, 1.0 * y, rtol=0.0, atol=atol)
+        np.testing.assert_allclose(1.0 * x, 1.0 * y, rtol=0.0, atol=atol, err_msg=told)
 
 
 @pytest.mark.parametrize("call", TURNED, ids=str)
@@ -88,5 +122,45 @@ def test_a_turn_about_the_normal(call):
     def turned(m: gn.Reflectance) -> list[np.ndarray] | Refused:
         return run(call, m, at, lambda w: w @ turn.T)
 
-    for x, y, size in _pairs(call, turned, lambda m: run(call, m, at), ISOTROPIC):
-        np.testing.assert_allclose(x, y, rtol=0.0, atol=TOLERANCE if call.integral else 1e-9 * size)
+    for x, y, size, told in _pairs(call, turned, lambda m: run(call, m, at), ISOTROPIC):
+        np.testing.assert_allclose(x, y, rtol=0.0, atol=TOLERANCE if call.integral else 1e-9 * size, err_msg=told)
+
+
+def _ways() -> list[Any]:
+    """Calls, each with materials: integrals by default with few."""
+    few = ("paint", "brushed", "mirror")
+    some = [pytest.param(c, n, marks=() if not c.integral or n in few else FULL) for c in WAYS for n in RECIPROCAL]
+    return [*some, *(pytest.param(TWO_CONES, name, marks=FULL) for name in RECIPROCAL)]
+
+
+@pytest.mark.parametrize("call, name", _ways(), ids=str)
+def test_exchange_of_light_and_viewer(call, name):
+    _hold_exchanged(call, RECIPROCAL[name])
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("draw", COMPILED, ids=str)
+def test_exchange_of_light_and_viewer_of_all_models(draw):
+    m = draw.material()
+    if "reciprocity" not in m.breaches():
+        for call in WAYS:
+            _hold_exchanged(call, m)
+
+
+D = np.array([1.0, 1.0, -1.0, 1.0])
+
+
+def _hold_exchanged(call: Call, m: gn.Reflectance) -> None:
+    """Of the matrix of polarised light D M^T D, D = diag(1, 1, -1, 1), as handedness is seen from the other end."""
+    if "phi" in call.arguments and not m.is_isotropic():  # an azimuth from the one to the other
+        return
+    back, at = _exchanged(call), slice(COUNT) if named(call) else ...
+    there, here = run(back, m, at), run(call, m, at)
+    told = f"{lines(call, m, COUNT, 0)}\nand exchanged {back.text('')}"
+    if isinstance(there, Refused) or isinstance(here, Refused):
+        assert there == here, told
+        return
+    for x, y in zip(there, here, strict=True):
+        x = np.swapaxes(x, -1, -2) * np.outer(D, D) if call.name == "mueller" else x
+        atol = TOLERANCE * max(1.0, y.max()) if call.integral else 1e-9 * np.nanmax(np.abs(y), initial=1e-300)
+        np.testing.assert_allclose(x, y, rtol=0.0, atol=atol, err_msg=told)

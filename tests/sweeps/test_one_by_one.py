@@ -58,7 +58,7 @@ def _channel(m: gn.Reflectance, c: int) -> gn.Reflectance:
 def one_by_one(call: Call, m: gn.Reflectance, places: Iterable[int]) -> list[np.ndarray] | Refused:
     """The results for some of the directions, each by itself and each channel by itself."""
     places = places if named(call) else [...]
-    split = m.channels is not None and call.name not in OF_ALL_CHANNELS
+    split = m.channels is not None and not m.exchanges and call.name not in OF_ALL_CHANNELS
     parts = [_channel(m, c) for c in range(m.channels)] if split else [m]
     rows = []
     for at in places:

@@ -46,6 +46,7 @@ CALLS: dict[str, tuple[dict[str, str], ...]] = {
     "reflectance": ({"incident": "wi"}, {"incident": "wi", "collected": CONE}, {}),
     "reflectance_factor": (
         {"incident": "wi", "collected": "wo"},
+        {"incident": "wi", "collected": CONE},
         {"collected": "wo"},
         {"collected": "wo", "sky": "gn.FunctionLight(lambda w: 1.0 + w[..., 0])"},
         {"collected": "wo", "sky": "gn.DistantLight([0.3, 0.0, 1.0], 2.0)"},
@@ -55,7 +56,7 @@ CALLS: dict[str, tuple[dict[str, str], ...]] = {
         {"lights": "gn.FunctionLight(lambda w: 1.0 + w[..., 0])"},
         {"lights": "[gn.DistantLight([0.3, 0.0, 1.0], 2.0), gn.RectangleLight([0, 0, 2], [1, 0, 0], [0, -1, 0])]"},
     ),
-    "repair.through_aperture": ({"detector": "0.05"},),
+    "repair.through_aperture": ({"detector": "0.05"}, {"detector": "0.05", "source": "0.1"}),
 }
 """Other arguments, as Python; a word of `GIVEN` stands for what is there. Several: each is tried."""
 
@@ -96,7 +97,7 @@ class Call(NamedTuple):
         return f"{self.owner}.{self.name}({'m, ' if self.owner == 'gn' else ''}{named})"
 
 
-def _public() -> Iterator[tuple[str, Any]]:
+def public() -> Iterator[tuple[str, Any]]:
     for name in gn.__all__:
         thing = getattr(gn, name)
         if isinstance(thing, types.ModuleType):
@@ -116,7 +117,7 @@ def directed() -> dict[str, tuple[str, dict[str, inspect.Parameter]]]:
     """The functions and methods that take a material and directions, or integrate over these: owner and parameters.
     What is called by kernels takes a `Direction`, and figures and files have a `path`."""
     found = {}
-    for owner, functions in (("gn", _public()), ("m", _methods())):
+    for owner, functions in (("gn", public()), ("m", _methods())):
         for name, function in functions:
             parameters = dict(list(inspect.signature(function).parameters.items())[owner == "m" :])
             kinds = {str(p.annotation) for p in parameters.values()}
@@ -152,11 +153,11 @@ def value(text: str) -> Any:
     return eval(text, {"gn": gn, "np": np})
 
 
-def numbers(result: Any) -> list[np.ndarray]:
-    """The arrays of a result."""
+def numbers(result: Any, known: Callable[[Any], np.ndarray] = np.asarray) -> list[np.ndarray]:
+    """The arrays of a result; `known`: how one becomes NumPy's."""
     if isinstance(result, dict):
-        return [x for value in result.values() for x in numbers(value)]
-    return [x for value in result for x in numbers(value)] if isinstance(result, tuple) else [np.asarray(result)]
+        result = tuple(result.values())
+    return [x for value in result for x in numbers(value, known)] if isinstance(result, tuple) else [known(result)]
 
 
 class Refused(NamedTuple):
@@ -166,9 +167,14 @@ class Refused(NamedTuple):
 
 
 def run(
-    call: Call, m: gn.Reflectance, at: Any, changed: Callable[[np.ndarray], np.ndarray] | None = None
+    call: Call,
+    m: gn.Reflectance,
+    at: Any,
+    changed: Callable[[np.ndarray], Any] | None = None,
+    known: Callable[[Any], np.ndarray] = np.asarray,
 ) -> list[np.ndarray] | Refused:
-    """What a call gives for some of the directions; `changed`: these, as something else."""
+    """What a call gives for some of the directions; `changed`: these, as something else; `known`: results, as NumPy's
+    arrays."""
     change = changed or (lambda x: x)
     function: Callable = gn if call.owner == "gn" else m
     for part in call.name.split("."):
@@ -177,7 +183,7 @@ def run(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         try:
-            return numbers(function(*([m] if call.owner == "gn" else []), **values))
+            return numbers(function(*([m] if call.owner == "gn" else []), **values), known)
         except gn.Error as error:
             return Refused(type(error))
 

@@ -120,7 +120,7 @@ class DrJitArray(DrJitTensor):
         return getattr(self.module, f"Array{x.shape[-1]}{suffix}")(np.ascontiguousarray(x.T))
 
     def numpy(self, x: Any) -> np.ndarray:
-        return np.moveaxis(x.numpy(), 0, -1)
+        return x.numpy() if "Tensor" in type(x).__name__ else np.moveaxis(x.numpy(), 0, -1)
 
 
 KINDS = (Library, Uncompiled, Torch, Jax, DrJitTensor, DrJitArray)

@@ -8,12 +8,29 @@ from __future__ import annotations
 import functools
 import inspect
 import itertools
+import zlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import pytest
 from materials import OBEDIENT, Draw
+
+
+def cell(*names: Any, default: bool) -> Any:
+    """Parameters of a case, which is run by default, or else with `full`."""
+    return pytest.param(*names, marks=() if default else pytest.mark.full)
+
+
+def one_in(count: int, *names: str) -> bool:
+    """Whether a case of these names is among one in so many."""
+    return not zlib.crc32(" ".join(names).encode()) % count
+
+
+def one_of(several: Iterable[str], *names: str) -> str:
+    """One of several words, for a case of these names."""
+    words = sorted(several)
+    return words[zlib.crc32(" ".join(names).encode()) % len(words)]
 
 
 @contextmanager

@@ -11,8 +11,9 @@ import numpy as np
 from ..arrays import NAMED, frozen, ops
 from ..errors import MeaningWarning, NotFoundError, ParameterError, suggestion, warn
 from ..formula.fields import Param, Wavelengths
-from ..formula.spectrum import NANOMETRES, Spectrum, as_wavelengths
+from ..formula.spectrum import Spectrum, as_wavelengths
 from ..formula.text import few, shown
+from ..numbers import NANOMETRES
 
 if TYPE_CHECKING:
     from ._channels import Channelled

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from ..errors import ArrayTypeError, DirectionError, ParameterError, ShapeError,
 from ..evaluate.labelled import takes_labels
 from ..formula import direction as components
 from ..formula.direction import Direction, cross, dot, select
-from .angles import numbers_of
+from .angles import check_angle, numbers_of
 
 
 class Frame(NamedTuple):
@@ -238,6 +239,8 @@ def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> 
     """
     named = {"theta_h": theta_h, "phi_h": phi_h, "theta_d": theta_d, "phi_d": phi_d}
     given = [numbers_of(name, x) for name, x in named.items()]
+    for name in ("theta_h", "theta_d"):
+        check_angle(name, named[name], -math.pi, math.pi)
     lib, like = LIBRARIES["numpy"], np.zeros(())
     for x in given:
         if (library := ops.library_of_type(type(x))) not in (None, lib):

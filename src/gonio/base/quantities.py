@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import MeaningWarning, ParameterError, warn
 from ..formula.direction import HORIZON
+from ..numbers import NANOMETRES
 
 QUANTITIES: dict[str, Callable[[Any, Any], Any]] = {
     "brdf": lambda cos_i, cos_o: 1.0,
@@ -48,6 +49,6 @@ def suspect_units(quantity: str, values: np.ndarray, channels: Sequence[str | fl
         text = f"values: reflectance factors of {np.median(held):.3g} (median); in percent? divide by 100"
         warn(text, MeaningWarning)
     wavelengths = [x for x in channels or () if not isinstance(x, str)]
-    if wavelengths and min(wavelengths) > 0.0 and max(wavelengths) < 50.0:
+    if wavelengths and min(wavelengths) > 0.0 and max(wavelengths) < NANOMETRES:
         text = f"channels: wavelengths up to {max(wavelengths):g} nm"
         warn(f"{text}; in micrometres? multiply by 1000", MeaningWarning)

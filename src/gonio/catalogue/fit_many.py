@@ -41,7 +41,7 @@ def fit_many(
     *,
     robust: str = "none",
     per_channel: Any = None,
-    theta_max: float = math.pi / 2.0,
+    theta_max: Annotated[float, Within(0.0, 0.5 * math.pi)] = 0.5 * math.pi,
     starts: Annotated[int, Within(1, 10_000)] | None = None,
     seed: Annotated[int, Within(0, 2**63)] = 0,
     output: str | os.PathLike[str] | None = None,

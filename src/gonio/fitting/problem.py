@@ -350,7 +350,7 @@ def make_problem(
     theta_max: float,
 ) -> Problem:
     """The problem of data and a model. Raises what `fit` does."""
-    rows = samples(data, _within(theta_max), weights)
+    rows = samples(data, theta_max, weights)
     loss = ("cosine" if rows.u is None else "likelihood") if loss is None else loss
     for name, word, known in (("loss", loss, LOSSES), ("robust", robust, ROBUST)):
         if word not in known:
@@ -373,10 +373,3 @@ def make_problem(
         raise ParameterError(f"{model!r:.80}: has no derivatives: {error}") from None
     single = rows.f.size > SINGLE
     return Problem(rows, free, loss, robust, 1.0, single)
-
-
-def _within(theta: float) -> float:
-    if not 0.0 < theta <= 0.5 * math.pi + 1e-9:
-        degrees = f"; in degrees? numpy.radians({theta:g})" if theta > 2.0 else ""
-        raise ParameterError(f"theta_max={theta:g}: expected an angle [rad] in (0, pi/2]{degrees}")
-    return theta

@@ -76,6 +76,14 @@ class Samples:
         return replace(self, **part, u=u, weights=weights)
 
 
+def _within(theta_max: float) -> float:
+    """The largest polar angle of rows. Raises ParameterError where it is none."""
+    if not 0.0 < theta_max <= 0.5 * math.pi + 1e-9:
+        degrees = f"; in degrees? numpy.radians({theta_max:g})" if theta_max > 2.0 else ""
+        raise ParameterError(f"theta_max={theta_max:g}: expected an angle [rad] in (0, pi/2]{degrees}")
+    return theta_max
+
+
 def samples(data: Any, theta_max: float = math.pi / 2.0, weights: Any = None) -> Samples:
     """The rows of a reflectance, a path, arrays (wi, wo, f) or (wi, wo, f, u), a dataset of xarray, a frame of pandas.
 
@@ -85,13 +93,13 @@ def samples(data: Any, theta_max: float = math.pi / 2.0, weights: Any = None) ->
 
     Raises ParameterError and ShapeError for data that are none of these, and where nothing is left.
     """
+    least = max(math.cos(_within(theta_max)), HORIZON)
     if isinstance(data, Samples):
         return data
     wi, wo, f, u, channels, source = _rows(data)
     finite = np.isfinite(f)
     left_out: dict[str, int] = {}
     keep = np.ones(len(f), bool)
-    least = max(math.cos(theta_max), HORIZON)
     lowest = np.minimum(wi[:, 2], wo[:, 2])
     reasons = {
         "a direction that is no number": ~np.isfinite(sum(w[:, k] for w in (wi, wo) for k in range(3))),

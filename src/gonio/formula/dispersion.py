@@ -10,7 +10,8 @@ import numpy as np
 
 from ..arrays import ops
 from ..errors import ParameterError
-from .spectrum import NANOMETRES, Spectrum, require_within
+from ..numbers import NANOMETRES
+from .spectrum import Spectrum, require_within
 from .text import literal, shown
 
 Coefficients = Sequence[float]

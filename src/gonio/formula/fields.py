@@ -18,7 +18,8 @@ import numpy as np
 
 from ..arrays import frozen, ops
 from ..errors import Error, ParameterError, TooLargeError
-from .spectrum import NANOMETRES, Spectrum, as_wavelengths
+from ..numbers import NANOMETRES
+from .spectrum import Spectrum, as_wavelengths
 from .text import few, shown
 from .texture import Texture
 

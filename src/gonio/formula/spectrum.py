@@ -9,11 +9,9 @@ import numpy as np
 from ..arrays import frozen, ops
 from ..errors import AccessError, ParameterError, TooLargeError
 from ..notebooks import repr_html
+from ..numbers import NANOMETRES
 from .text import literal, shown
 from .texture import Texture
-
-NANOMETRES = 50.0
-"""Wavelengths [nm] below which they are taken for micrometres: soft X-rays, otherwise."""
 
 
 def as_wavelengths(call: str, value: Any, x_rays: bool = False) -> Any:

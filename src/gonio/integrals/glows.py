@@ -58,12 +58,17 @@ def taken_apart(light: Light, channels: int) -> Iterator[tuple[np.ndarray, Light
         if getattr(field, "unit", "").startswith("W") and x.shape == (channels,):
             yield x.astype(float), light.with_values({path: 1.0})
             return
-    lit = (batch.channels(light) or 1) if light.is_formula() else light.incident(_UP).shape[-1]
+    lit = channels_of(light)
     if lit == 1:
         yield np.ones(channels), light
         return
     for i in range(lit):
         yield np.eye(channels)[i], of_channel(light, i)
+
+
+def channels_of(light: Light) -> int:
+    """How many channels a light has, 1 without a channel axis."""
+    return (batch.channels(light) or 1) if light.is_formula() else int(light.incident(_UP).shape[-1])
 
 
 _UP = np.array([[0.0, 0.0, 1.0]])

@@ -29,7 +29,7 @@ from ..numerics.quadrature import Integrals
 from ..pictures.colour import transformed
 from .by_arrays import reflected
 from .cones import Hemisphere
-from .glows import glows, widths
+from .glows import channels_of, glows, widths
 from .over_directions import Radiance
 from .over_hemisphere import Integral, integrate, mean_radiance
 from .places import Places
@@ -96,9 +96,7 @@ def reflected_radiance(
     local_wo = local.to_local(lib, wo)
     for light in lights:
         light.check_position(position)
-    for light in lights:
-        if not light.is_delta:
-            check_channels(m.channels or 1, light, light.in_numpy().incident(_UP).shape[-1])
+        check_channels(m.channels or 1, light, channels_of(light))
     glowing = glows(m, lights, widths(m) if m.exchanges and any(map(has_spectra, given)) else None)
     lit = [(m, light) for light in lights] + [(glow, light) for glow, several in glowing for light in several]
     parts = [delta_radiance(x, light, local, local_wo, position) for x, light in lit if light.is_delta]

@@ -20,8 +20,8 @@ from ..numerics.quadrature import Integrals
 from .cones import Cone, Hemisphere
 from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under
-from .glows import taken_apart
-from .illumination import as_lights, have_channels
+from .glows import channels_of, taken_apart
+from .illumination import as_lights, check_channels, have_channels
 from .over_hemisphere import Integral, check_tolerance, directions, in_double, of_whole, report
 from .places import Places
 from .sharing import Wanted, over_places
@@ -124,6 +124,8 @@ def reflectance_factor(
 
 def _lit(m: Reflectance, sky: Any) -> Reflectance:
     """A material that fluoresces as it is under a sky of one spectrum; others as they are."""
+    for light in () if sky is None else as_lights(sky):
+        check_channels(m.channels or 1, light, channels_of(light))
     if sky is None or not m.exchanges:
         warn_of_reradiation(m, "gn.reflectance(m, sky=light)")
         return m

@@ -8,8 +8,8 @@ from typing import Annotated, Any, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ArrayTypeError, ParameterError, ShapeError, TooLargeError, shown
-from ..numbers import numbers
+from ..errors import ArrayTypeError, MeaningWarning, ParameterError, ShapeError, TooLargeError, shown, warn
+from ..numbers import NANOMETRES, numbers
 
 Array = NDArray[np.floating[Any]]
 
@@ -22,6 +22,7 @@ class _Range(NamedTuple):
     rule: str
     hint: str = "check the sign, the unit and the order of the arguments"
     open: bool = False  # True: the low end itself is excluded
+    likely: float = 0.0  # numbers that are all below are likely of another unit
 
     def __repr__(self) -> str:
         return self.rule
@@ -42,6 +43,17 @@ _NOT_AN_ANGLE = "pass a cosine, not an angle, of the lit side"
 _ONE = 1.0 + 1e-6  # dot products of unit vectors exceed 1 by rounding; this is enough for float32
 _Real = Annotated[Any, _Range(-np.inf, np.inf, "a real number")]
 _Positive = Annotated[Any, _Range(0.0, np.inf, "greater than 0", open=True)]
+_Wavelength = Annotated[
+    Any,
+    _Range(
+        0.0,
+        np.inf,
+        "greater than 0",
+        "in micrometres? wavelengths are in nanometres: multiply by 1000",
+        True,
+        NANOMETRES,
+    ),
+]
 _NotNegative = Annotated[Any, _Range(0.0, np.inf, "0 or greater")]
 _Reflectance = Annotated[Any, _Range(0.0, 1.0, "in [0, 1]", "no surface reflects more than arrives")]
 _Cosine = Annotated[Any, _Range(0.0, _ONE, "in [0, 1]", _NOT_AN_ANGLE)]
@@ -72,6 +84,8 @@ def _in_range(name: str, value: Any, allowed: _Range) -> Array:
     if np.any(wrong):
         got = f"{array[wrong][0]:.9g}" + (f" ({np.sum(wrong)} of {array.size} values)" if array.ndim else "")
         raise ParameterError(f"{name} must be {allowed.rule}, got {got}: {allowed.hint}")
+    if array.size and array.max() < allowed.likely:
+        warn(f"{name}: up to {array.max():g}; {allowed.hint}", MeaningWarning)
     return array
 
 

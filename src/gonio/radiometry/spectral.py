@@ -1,19 +1,14 @@
 """Wavelength, frequency and photons: densities by each of them, and flux as photons per second."""
 
 from ..errors import ParameterError
-from .checks import (
-    Array,
-    _checked,
-    _Positive,
-    _Real,
-)
+from .checks import Array, _checked, _Real, _Wavelength
 
 SPEED_OF_LIGHT = 299_792_458.0  # m s-1, exact in the SI
 PLANCK = 6.626_070_15e-34  # J s, exact in the SI
 
 
 @_checked
-def convert_spectral(value: _Real, wavelength: _Positive, source: str, target: str) -> Array:
+def convert_spectral(value: _Real, wavelength: _Wavelength, source: str, target: str) -> Array:
     """Convert a density (of radiance, flux, ...) between per "wavelength", "frequency" and "wavenumber".
 
     L_ν = L_λ λ²/c and L_σ = L_λ λ², because the energy L_λ dλ = L_ν dν = L_σ dσ of an interval stays.
@@ -34,7 +29,7 @@ def convert_spectral(value: _Real, wavelength: _Positive, source: str, target: s
 
 
 @_checked
-def photon_flux(flux: _Real, wavelength: _Positive) -> Array:
+def photon_flux(flux: _Real, wavelength: _Wavelength) -> Array:
     """Photons per second in a monochromatic flux: Φ_p = Φ λ/(h c).
 
     Shapes broadcast. Units W, nm -> s⁻¹ (an irradiance gives s⁻¹ m⁻²). Error rounding.
@@ -48,7 +43,7 @@ def photon_flux(flux: _Real, wavelength: _Positive) -> Array:
 
 
 @_checked
-def radiant_flux(photon_flux: _Real, wavelength: _Positive) -> Array:
+def radiant_flux(photon_flux: _Real, wavelength: _Wavelength) -> Array:
     """Flux of so many photons per second of one wavelength: Φ = Φ_p h c/λ.
 
     Shapes broadcast. Units s⁻¹, nm -> W. Error rounding.

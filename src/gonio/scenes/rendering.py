@@ -20,7 +20,7 @@ from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..evaluate import batch
 from ..evaluate.computation import composite
 from ..formula.direction import Direction, dot
-from ..integrals.glows import glows, widths
+from ..integrals.glows import channels_of, glows, widths
 from ..integrals.illumination import as_lights, at_wavelengths, check_channels, has_spectra
 from ..lights.environment import EnvironmentLight
 from ..lights.sphere import SphereLight
@@ -308,9 +308,8 @@ def colours_of(
     one channel or RGB, or of the radiance in the end, for lights with the same channels. None: nothing is to be done.
     `by_power`: whether the lights' numbers are the power at each wavelength, not daylight's share.
     """
-    up = np.array([[0.0, 0.0, 1.0]])
     channels, to_rgb = m.channels or 1, shown_as(m, bands)
-    counts = [batch.channels(x) or 1 if x.is_formula() else x.incident(up).shape[-1] for x in lights]
+    counts = [*map(channels_of, lights)]
     if by_power and bands is None and to_rgb is not None:
         to_rgb = light_to_rgb(m.wavelengths)
     matrix = None if to_rgb is None or channels != len(to_rgb) else to_rgb.astype(np.float32)
