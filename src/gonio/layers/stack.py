@@ -42,7 +42,8 @@ class Stack(_Layered):
     Shapes   parameters: numbers or (C,).
     Units    f: 1/sr.
     Error    of f of media beside DISORT, depth 0.003 to 50, cosines above 0.03: 5e-4, for g < -0.5 1.5e-3; of albedos
-             of white stacks: 1e-4, at depth 0.003 4e-4. Behind rough interfaces f is good to 1e-4 (median), 4e-3 near
+             of white stacks: 1e-4, at depth 0.003 4e-4; closed forms are integrated at few polar angles, once, and the
+             others lie between them within the tolerance. Behind rough interfaces f is good to 1e-4 (median), 4e-3 near
              peaks of narrow lobes. docs/layers.md has more, and what it costs in time and memory.
     Source   Jakob, d'Eon, Jakob & Marschner 2014, "A comprehensive framework for rendering layered materials", ACM TOG
              33(4):118; van de Hulst 1980, Multiple Light Scattering, for adding and doubling.
