@@ -311,7 +311,7 @@ GOES_THROUGH = [
     ([gn.RoughInterface(1.5, 0.2), gn.Medium(0.5, 1.0, 0.5)], 1e-4),
     ([gn.RoughInterface(1.5, 0.2), gn.RoughInterface(1.0 / 1.5, 0.3)], 1e-4),
     # A smooth interface weighs what facets begin to reflect totally, by a root that the nodes meet.
-    ([gn.RoughInterface(1.5, 0.2), gn.Interface(1.0 / 1.5)], 1.5e-4),
+    ([gn.RoughInterface(1.5, 0.2), gn.Interface(1.0 / 1.5)], 1.7e-4),
 ]
 
 
