@@ -99,7 +99,7 @@ def reconstruct(
     Error    of ln f, weighted by both cosines, from 10 planned directions and 1 % of noise: 0.015 (median) of built-in
              materials left out, 0.04 to 0.3 of measured files (benchmarks/reconstruction.txt). It is as good as the
              basis: a material unlike all of its own is told in `notes`, and has a larger u. Of 20 such the 95 %
-             interval held 97 % of the values, 89 % at least but for a film of colours that change with the angle (74 %).
+             interval held 97 % of the values: 89 % at least, but of a film whose colours turn with the angle 74 %.
     Source   Nielsen, Jensen & Ramamoorthi 2015, doi:10.1145/2816795.2818085; Rasmussen & Williams 2006, "Gaussian
              Processes for Machine Learning", chapter 2 (linear regression).
 

@@ -39,8 +39,8 @@ DEPARTURE = 0.05
 """Standard deviation of ln f of real materials from such as a basis holds."""
 
 ALONG = 0.3
-"""The share of it that real materials depart along each component: from planned directions 20 materials unlike the basis
-(benchmarks/reconstruction.txt) were off by 0.13 in ln f with 0.2 to 0.5, by 0.16 to 0.21 with 0."""
+"""The share of it that real materials depart along each component: from planned directions 20 materials unlike the
+basis (benchmarks/reconstruction.txt) were off by 0.13 in ln f with 0.2 to 0.5, by 0.16 to 0.21 with 0."""
 
 GRAZING = 0.01
 """Least cosine of the directions at whose nodes materials are compared."""
