@@ -81,7 +81,7 @@ def _between(value: Any, end: float, t: float) -> Any:
 
 def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
     """Share of the light outside the cone, albedo and reflectance of the mirror, of the channel that is worst."""
-    total, far = 0.0, 0.0
+    total, far = np.zeros(m.channels or 1), np.zeros(m.channels or 1)
     for s in samples(m, view, COUNT):
         weight = weights(s)
         away = distance(view, s.wi)[0] if m.sides == "front" else _angle(m.mirrored(Direction(*view)), s.wi)
