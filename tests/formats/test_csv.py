@@ -187,3 +187,5 @@ def test_lines_of_numbers_are_read_without_cells(tmp_path, monkeypatch):
         np.testing.assert_array_equal(found.rows, by_cells.rows)
     with pytest.raises(gn.errors.FormatError, match=r"line 12.*expected 5 numbers, not 4"):
         loaded(tmp_path, head + "\n".join([*rows[:10], "3,4,5,6", *rows[10:]]))
+    with pytest.raises(gn.errors.FormatError, match=r"line 12, .*an angle is no number"):
+        loaded(tmp_path, head + "\n".join([*rows[:10], "nan,4,5,6,0.7", *rows[10:]]))
