@@ -123,18 +123,21 @@ def test_intervals_hold_materials_unlike_the_basis_from_planned_directions(m, de
         assert found.error < 3.0 * planned.error
 
 
-def test_u_widens_by_the_chi_square_of_the_values(basis):
+def test_u_widens_by_the_chi_square_of_the_values(departing):
     """Of the coefficients, of what the basis leaves, of draws, and of the next plan, by the same factor."""
+    basis, _ = departing
     wi, wo = pairs(10)
     rows = basis.at(wi, wo)
     f = np.exp(rows.mean + rows.factors[:, :5].sum(axis=1)) - basis.offset
     near = gn.reconstruct((wi, wo, f, 0.02 * f), basis)
-    ripple = f * np.exp(0.027 * (-1.0) ** np.arange(10))
+    ripple = f * np.exp(0.08 * (-1.0) ** np.arange(10))
     far = gn.reconstruct((wi, wo, ripple, 0.02 * ripple), basis)
     assert near.widening == 1.0 and far.widening > 1.2 and far.discrepancy == 0.0
     assert np.isclose(far.widening, far.chi2 / far.used)
     assert np.allclose(far.covariance, far.widening * near.covariance, atol=1e-3)
     assert np.allclose(far.log_u, np.sqrt(far.widening) * near.log_u, rtol=1e-2)
+    drawn = np.log(np.array([[t.stored for t in x.draws(30)] for x in (near, far)]) + basis.offset).std(axis=1)
+    assert np.isclose(np.median(drawn[1] / drawn[0]), np.sqrt(far.widening), rtol=0.1)
     plans = [gn.plan_table(1, basis, measured=x, candidates=(wi, wo), starts=1) for x in (near, far)]
     assert np.isclose(plans[1].before, far.error) and plans[1].before > plans[0].before
 
