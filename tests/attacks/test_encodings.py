@@ -17,6 +17,7 @@ from text_files import ALTA, CSV, SSDD
 
 import gonio as gn
 from gonio.errors import FormatError
+from gonio.formats._rows import direction_pairs
 
 pytestmark = pytest.mark.usefixtures("uncompiled")  # kernels take longer than all else, and are not what is asked
 
@@ -172,6 +173,15 @@ def test_scattered_rows_pasted_twice_are_refused(tmp_path):
     assert read(tmp_path, (head + "".join([*rows, rows[0]])).encode())[0] == "Scattered"
     with pytest.raises(FormatError, match="every row is there several times: row 4 repeats row 1"):
         read(tmp_path, (head + "".join([*rows, *rows])).encode())
+
+
+def test_copies_of_all_rows_are_refused_before_they_are_a_table(tmp_path, monkeypatch):
+    """A table of three million rows that repeat a thousand took most of a minute until it was refused."""
+    monkeypatch.setattr(direction_pairs, "_measurement", None)
+    rows = "0,0,10,0,0.31,0.01\n30,0,40,170,0.32,0.01\n45,0,5,90,0.3,0.01\n"
+    (tmp_path / "rows.csv").write_text("theta_i,phi_i,theta_o,phi_o,f,u_f\n" + 2 * rows)
+    with pytest.raises(FormatError, match="every row is there several times: row 4 repeats row 1"):
+        gn.load(tmp_path / "rows.csv")
 
 
 def test_rows_beyond_those_that_a_header_promises(tmp_path):

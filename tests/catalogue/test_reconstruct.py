@@ -88,6 +88,60 @@ def test_uncertainties_are_those_of_materials_left_out(basis, n):
     assert 0.85 < np.mean(u_of_f) <= 1.0
 
 
+UNLIKE = [
+    gn.OrenNayar(0.8, 0.5),
+    gn.EON(0.3, 0.3) + gn.Microfacet(gn.GGX(0.35), gn.Schlick(0.04)),
+    gn.Microfacet(gn.GGX(0.3), gn.Schlick(0.9)),
+    gn.KullaConty(0.5),
+    gn.EON(0.2, 0.9),
+    gn.EON(0.55, 0.4) + gn.Microfacet(gn.Beckmann(0.22), gn.Schlick(0.08)),
+    gn.Lambertian(0.4) + gn.Microfacet(gn.GGX(0.1), gn.Schlick(0.04)),
+    gn.Microfacet(gn.GGX(0.15), gn.Schlick(0.7)),
+    gn.Coated(gn.Lambertian(0.6)),
+]
+
+
+@pytest.fixture(scope="module")
+def departing():
+    """A basis that knows of real materials, and plans by it."""
+    basis = gn.reflectance_basis([name for name in NAMES if name not in OUT], resolution=(40, 20, 7))
+    coarse = gn.Goniometer(step_theta=np.radians(10.0))
+    return basis, [gn.plan_table(n, basis, goniometer=coarse, starts=1) for n in (10, 20)]
+
+
+@pytest.mark.parametrize("m", thinned(UNLIKE, UNLIKE[:4]), ids=repr)
+def test_intervals_hold_materials_unlike_the_basis_from_planned_directions(m, departing):
+    """Without being wide everywhere: the error to be expected is less than three times that of the basis."""
+    basis, plans = departing
+    wi, wo = pairs(1000)
+    cosine, truth = np.minimum(wi[:, 2], wo[:, 2]), m.f(wi, wo)
+    for planned in plans:
+        found = gn.reconstruct(noisy(m, planned.wi, planned.wo), basis)
+        low, high = (table.f(wi, wo) for table in found.interval(0.95))
+        within = (low <= truth) & (truth <= high)
+        assert min(within[cosine > least].mean() for least in (0.0, 0.25, 0.5)) > 0.9  # measured: 0.95 to 1
+        assert found.error < 3.0 * planned.error
+
+
+def test_u_widens_by_the_chi_square_of_the_values(departing):
+    """Of the coefficients, of what the basis leaves, of draws, and of the next plan, by the same factor."""
+    basis, _ = departing
+    wi, wo = pairs(10)
+    rows = basis.at(wi, wo)
+    f = np.exp(rows.mean + rows.factors[:, :5].sum(axis=1)) - basis.offset
+    near = gn.reconstruct((wi, wo, f, 0.02 * f), basis)
+    ripple = f * np.exp(0.08 * (-1.0) ** np.arange(10))
+    far = gn.reconstruct((wi, wo, ripple, 0.02 * ripple), basis)
+    assert near.widening == 1.0 and far.widening > 1.2 and far.discrepancy == 0.0
+    assert np.isclose(far.widening, far.chi2 / far.used)
+    assert np.allclose(far.covariance, far.widening * near.covariance, atol=1e-3)
+    assert np.allclose(far.log_u, np.sqrt(far.widening) * near.log_u, rtol=1e-2)
+    drawn = np.log(np.array([[t.stored for t in x.draws(30)] for x in (near, far)]) + basis.offset).std(axis=1)
+    assert np.isclose(np.median(drawn[1] / drawn[0]), np.sqrt(far.widening), rtol=0.1)
+    plans = [gn.plan_table(1, basis, measured=x, candidates=(wi, wo), starts=1) for x in (near, far)]
+    assert np.isclose(plans[1].before, far.error) and plans[1].before > plans[0].before
+
+
 def test_misfit_is_what_others_leave_of_a_material():
     names, squares = NAMES[:40:5], []
     settings = {"components": 2, "resolution": (8, 6, 3), "departure": 0.0}
@@ -153,7 +207,7 @@ def test_noise_is_respected(basis):
 
 def test_values_at_one_place_hold_what_one_holds(basis):
     wi, wo = pairs(1)
-    found = [gn.reconstruct((np.repeat(wi, n, 0), np.repeat(wo, n, 0), np.full(n, 0.1), 1e-6), basis) for n in (1, 500)]
+    found = [gn.reconstruct((np.repeat(wi, n, 0), np.repeat(wo, n, 0), np.full(n, 0.1), 1e-8), basis) for n in (1, 500)]
     assert found[1].used == 1
     assert np.allclose(found[0].log_u, found[1].log_u, rtol=1e-6)
 

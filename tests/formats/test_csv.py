@@ -10,6 +10,7 @@ from text_files import CSV
 
 import gonio as gn
 from gonio.formats import csv_table
+from gonio.formats._laboratory import numbers, sheets
 from gonio.tables.gridded import Gridded
 
 # CSV
@@ -156,3 +157,35 @@ def test_csv_refuses_names_that_are_no_columns(tmp_path):
     for names in (("a,b", "c"), ("a b", "c"), ("a", "a")):
         with pytest.raises(gn.errors.ParameterError, match="has channels"):
             csv_table.write(grid("angles", (2, 2, 2), names), tmp_path / "a")
+
+
+def test_lines_of_numbers_are_read_without_cells(tmp_path, monkeypatch):
+    """A million rows are read at once, not cell by cell; where a line holds anything else, as before."""
+    pieces = []
+    split = sheets.TextSheet.split
+    monkeypatch.setattr(sheets.TextSheet, "split", lambda *of: pieces.append(of) or split(*of))
+    head = "theta_i,phi_i,theta_o,phi_o,f\n"
+    rows = [f"{k % 80},{7 * k % 360},{k % 77},{k % 359},{(1 + k % 7) / 90}" for k in range(20)]
+    for line, plain in (
+        ("3,4,5,6,0.7", True),
+        (" 3 , 4,5,6 ,.7 ", True),
+        ("3,4,5,6,nan", True),
+        ('"3",4,5,6,.7', False),
+        ("", False),
+        ("# by hand", False),
+        (",,,,", False),
+        ("3,4,5,6,", False),
+    ):
+        text = head + "\n".join([*rows[:10], line, *rows[10:]])
+        pieces.clear()
+        found = loaded(tmp_path, text)
+        assert bool(pieces) != plain
+        with monkeypatch.context() as patch:
+            patch.setattr(numbers._Reader, "_plain", lambda *_: None)
+            by_cells = loaded(tmp_path, text)
+        np.testing.assert_array_equal(found.stored, by_cells.stored)
+        np.testing.assert_array_equal(found.rows, by_cells.rows)
+    with pytest.raises(gn.errors.FormatError, match=r"line 12.*expected 5 numbers, not 4"):
+        loaded(tmp_path, head + "\n".join([*rows[:10], "3,4,5,6", *rows[10:]]))
+    with pytest.raises(gn.errors.FormatError, match=r"line 12, .*an angle is no number"):
+        loaded(tmp_path, head + "\n".join([*rows[:10], "nan,4,5,6,0.7", *rows[10:]]))

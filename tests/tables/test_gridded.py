@@ -13,6 +13,7 @@ from gonio.errors import ParameterError
 from gonio.formula.direction import Direction
 from gonio.integrals.over_hemisphere import integrate
 from gonio.numerics.lattice import lattice
+from gonio.tables import interpolation
 from gonio.tables.angle_systems import SYSTEMS
 from gonio.tables.gridded import Gridded
 from gonio.tables.interpolation import NEIGHBOURS, _by_radial_functions
@@ -354,6 +355,35 @@ def test_interpolation_is_that_of_scipy():
     found = _by_radial_functions(KDTree(places), values, wanted)
     fit = RBFInterpolator(places, values, neighbors=NEIGHBOURS, kernel="linear", degree=0)
     np.testing.assert_allclose(found, fit(wanted), rtol=0.0, atol=1e-12)
+
+
+def test_rows_are_in_one_tree_which_is_asked_for_nodes(monkeypatch):
+    """Of rows only so many look for the next one as tell the usual distance: all of a million would take half of it."""
+    from scipy.spatial import KDTree
+
+    rng, asked, trees = np.random.default_rng(5), [], []
+
+    class Counted(KDTree):
+        def query(self, x, *args, **kwargs):
+            asked.append(len(x))
+            return super().query(x, *args, **kwargs)
+
+    def tree(places):
+        trees.append(len(places))
+        return Counted(places)
+
+    monkeypatch.setattr(interpolation, "_tree", tree)
+    n, grids = 3000, []
+    values = rng.uniform(size=n)
+    rows = rng.choice([0.2, 0.5, 0.9], n), 0.0, rng.uniform(0.0, 1.4, n), rng.uniform(0.0, np.pi, n)
+    for enough in (n, 300):
+        monkeypatch.setattr(interpolation, "ENOUGH", enough)
+        asked.clear()
+        trees.clear()
+        m = Scattered(*rows, values)
+        grids.append(m.brdf())
+        assert trees == [n] and sum(asked) <= enough + 2 * grids[-1].size
+    assert (np.abs(grids[1] - grids[0]) > 1e-12).mean() < 0.01  # of nodes twice the usual distance away
 
 
 @pytest.mark.parametrize(

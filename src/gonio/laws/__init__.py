@@ -51,11 +51,12 @@ def check(m: Reflectance, progress: Callable[[int, int], None] | None = None, la
 
     `LAWS` names them, `summaries()` states each in a sentence, docs/check.md gives measurements and tolerances.
 
-    The same for models and measurements, on 131072 pairs of directions and 65536 samples, without random numbers:
-    two runs give the same report. A law that does not apply is left out; a note may say why. `laws`: only these.
-    `progress(done, total)` is called after each law. A law that the model's class declares not to obey is marked with
-    the class's reason. Of a measured table it is one of all its values together: a breach that their uncertainties, or
-    interpolation, may explain is "not significant", and does not fail (docs/uncertainty.md).
+    The same for models and measurements, on 131072 pairs of directions and 65536 samples, without random numbers: two
+    runs give the same report. Of more than 64 channels f is taken at fewer pairs, in half a GB. A law that does not
+    apply is left out; a note may say why. `laws`: only these. `progress(done, total)` is called after each law. A law
+    that the model's class declares not to obey is marked with the class's reason. Of a measured table it is one of all
+    its values together: a breach that their uncertainties, or interpolation, may explain is "not significant", and does
+    not fail (docs/uncertainty.md).
 
     Of a material whose parameters are maps, positivity, reciprocity and energy are measured at each place, and the
     result is a `MapReport`; of arrays of Dask it is computed when it is asked for.

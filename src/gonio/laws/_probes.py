@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -12,10 +13,18 @@ from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..base.results import Sample
 from ..numerics.lattice import lattice
 
 PAIRS = 1 << 17
+OPPOSITE = 1 << 14
 SAMPLES = 1 << 16
+VALUES = 1 << 23
+"""Values of f, in all channels, that a law looks at together: those of all pairs, of up to 64 channels."""
+
+AT_ONCE = 1 << 18
+"""Values of what is summed up, or bounded, part by part: few enough to stay in a processor's caches."""
+
 INCIDENCE = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0, 88.0, 89.5, 89.9])
 BESIDE = np.radians([-0.3, 0.3])
 VIEWS = np.radians([0.0, 30.0, 60.0, 80.0])
@@ -46,7 +55,7 @@ def exact_pairs() -> tuple[np.ndarray, np.ndarray]:
 
 
 @cache
-def opposite_pairs(n: int = 1 << 14) -> tuple[np.ndarray, np.ndarray]:
+def opposite_pairs(n: int = OPPOSITE) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of nearly opposite directions close to grazing, in float32: wi . wo is next to -1, and 1 + wi . wo has few
     digits or none, and no reliable sign."""
     u = lattice(n, 4)
@@ -54,6 +63,35 @@ def opposite_pairs(n: int = 1 << 14) -> tuple[np.ndarray, np.ndarray]:
     turn = np.pi + np.where(u[:, 3] < 0.5, 0.0, 10.0 ** (-14.0 * (u[:, 3] - 0.5) - 1.0))
     theta, phi = np.arccos(z), 2.0 * np.pi * u[:, 2]
     return direction(theta[:, 0], phi).astype("f4"), direction(theta[:, 1], phi + turn).astype("f4")
+
+
+def some(m: Reflectance, count: int, each: int = 1) -> int:
+    """At how many of so many directions a law looks, with `each` values of every channel there: at all, or at a power
+    of two of them that have VALUES at most."""
+    return _fitting(VALUES, m, count, each)
+
+
+def together(m: Reflectance, count: int, each: int = 1) -> int:
+    """How many of so many directions are a part, AT_ONCE values at most."""
+    return _fitting(AT_ONCE, m, count, each)
+
+
+def _fitting(most: int, m: Reflectance, count: int, each: int) -> int:
+    fitting = most // ((m.channels or 1) * each)
+    return count if fitting >= count else 1 << max(0, fitting.bit_length() - 1)
+
+
+def samples(m: Reflectance, view: np.ndarray, count: int = SAMPLES) -> Iterator[Sample]:
+    """Samples of one view at evenly spread numbers, part by part."""
+    wo, u, step = np.broadcast_to(view, (count, 3)), lattice(count), together(m, count)
+    for at in range(0, count, step):
+        yield m.sample(wo[at : at + step], u[at : at + step])
+
+
+def weights(s: Sample, axes: int = 1) -> np.ndarray:
+    """Weights (..., C) of samples; 0 for what is no number. A sum shows whether there is any, at less cost."""
+    weight = with_channels(s.weight, axes)
+    return weight if math.isfinite(float(weight.sum())) else np.nan_to_num(weight)
 
 
 def precisions(m: Reflectance) -> tuple[type[np.floating], ...]:

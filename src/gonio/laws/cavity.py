@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from ._probes import degrees, in_channel, largest
+from ._probes import degrees, in_channel, largest, together, weights
 from ._verdict import Findings, at_most
 
 ORDER = 23
@@ -40,14 +39,21 @@ def starts() -> np.ndarray:
 
 def radiance(m: Reflectance, bounces: int = BOUNCES) -> tuple[np.ndarray, np.ndarray]:
     """L_k seen from `starts` and its standard errors, both (bounces, STARTS, C), by paths through `sample`."""
+    step = together(m, STARTS, PATHS)
+    parts = [_radiance(m, wo, bounces) for wo in np.split(starts(), range(step, STARTS, step))]
+    mean, error = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
+    return mean, error
+
+
+def _radiance(m: Reflectance, some_starts: np.ndarray, bounces: int) -> tuple[np.ndarray, np.ndarray]:
     u = lattice(PATHS, 2 * bounces)
-    wo = np.repeat(starts()[:, None, :], PATHS, axis=1)
+    wo = np.repeat(some_starts[:, None, :], PATHS, axis=1)
     mean, error = [], []
     throughput = np.ones(1)
     for k in range(bounces):
         s = m.sample(wo, u[:, 2 * k : 2 * k + 2])
-        throughput = throughput * np.nan_to_num(with_channels(s.weight, 2))
-        block = throughput.reshape(STARTS, -1, BLOCKS, throughput.shape[-1]).mean(axis=1)
+        throughput = throughput * weights(s, 2)
+        block = throughput.reshape(len(wo), -1, BLOCKS, throughput.shape[-1]).mean(axis=1)
         mean.append(block.mean(axis=1))
         error.append(block.std(axis=1, ddof=1) / BLOCKS**0.5)
         alive = (s.pdf > 0.0)[..., None]

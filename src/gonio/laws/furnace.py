@@ -11,10 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
-from ..numerics.lattice import lattice
-from ._probes import SAMPLES, degrees, in_channel, incidence, index, largest
+from ._probes import SAMPLES, degrees, in_channel, incidence, index, largest, samples, weights
 from ._verdict import Findings, at_most
 
 ORDER = 22
@@ -30,11 +28,13 @@ def radiance(m: Reflectance) -> tuple[np.ndarray, np.ndarray]:
 
 def _seen(m: Reflectance, view: np.ndarray) -> np.ndarray:
     """The radiance (C,) in one view, over the square of its index."""
-    s = m.sample(np.broadcast_to(view, (SAMPLES, 3)), lattice(SAMPLES))
-    weight = np.nan_to_num(with_channels(s.weight, 1))
-    if m.sides != "front":
-        weight = weight * (index(m, s.wi) / index(m, view)) ** 2
-    return np.asarray(weight.mean(axis=0))
+    total = 0.0
+    for s in samples(m, view):
+        weight = weights(s)
+        if m.sides != "front":
+            weight = weight * (index(m, s.wi) / index(m, view)) ** 2
+        total = total + weight.sum(axis=0)
+    return np.asarray(total / SAMPLES)
 
 
 def law(m: Reflectance) -> Findings:

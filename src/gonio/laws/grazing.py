@@ -9,13 +9,14 @@ Tolerance  a finite limit gives 1, 1/sqrt(cos) 3.2; 24 halvings of a step leave 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from ._probes import degrees, is_measured, largest, values
+from ._probes import degrees, is_measured, largest, together, values
 from ._verdict import Findings, Law, at_most
 
 ORDER = 41
@@ -51,6 +52,15 @@ def ways(m: Reflectance | None = None) -> list[Way]:
     ]
 
 
+def _parts(m: Reflectance) -> Iterator[Way]:
+    """The same, as many together as have few values."""
+    for way in ways(m):
+        step = together(m, len(way.phi), len(COSINES))
+        for at in range(0, len(way.phi), step):
+            part = slice(at, at + step)
+            yield way._replace(phi=way.phi[part], fixed=way.fixed[part])
+
+
 def along(m: Reflectance, way: Way, cosine: np.ndarray) -> np.ndarray:
     """f cos(theta) (..., N, C) of the N directions that move, at cosines that broadcast with (..., N)."""
     cosine = np.broadcast_to(cosine, np.broadcast_shapes(np.shape(cosine), way.phi.shape))
@@ -62,7 +72,7 @@ def along(m: Reflectance, way: Way, cosine: np.ndarray) -> np.ndarray:
 
 def law(m: Reflectance) -> Findings:
     """Growth from 89.99 to 89.999 degrees, and the largest jump between 80 and 89.9994, whichever is worse."""
-    verdicts = [verdict for way in ways(m) for verdict in (_growth(m, way), _jump(m, way))]
+    verdicts = [verdict for way in _parts(m) for verdict in (_growth(m, way), _jump(m, way))]
     worst = max(verdicts, key=lambda law: law.value / law.tolerance)
     if is_measured(m) and not worst.passed and worst.tolerance == JUMP:
         yield f"towards grazing the data jump, by up to {worst.value:.2g} of their value"
@@ -93,12 +103,12 @@ def _growth(m: Reflectance, way: Way) -> Law:
 def _jump(m: Reflectance, way: Way) -> Law:
     """Every step on the way is halved again and again, towards the larger change: of a smooth f none is left."""
     high, low = (np.repeat(c[:, None], len(way.phi), axis=1) for c in (COSINES[:-1], COSINES[1:]))
-    whole = along(m, way, COSINES[:, None]) / COSINES[:, None, None]
+    whole = _finite(along(m, way, COSINES[:, None]) / COSINES[:, None, None])
     above, below = whole[:-1], whole[1:]
-    floor = 1e-6 * np.fmax.reduce(_finite(np.abs(whole)), axis=0) + 1e-30
+    floor = 1e-6 * np.fmax.reduce(np.abs(whole), axis=0) + 1e-30
     for _ in range(HALVINGS):
         middle = 0.5 * (high + low)
-        f = along(m, way, middle) / middle[..., None]
+        f = _finite(along(m, way, middle) / middle[..., None])
         upper = _change(above, f, floor) > _change(f, below, floor)
         high, low = np.where(upper, high, middle), np.where(upper, middle, low)
         above, below = np.where(upper[..., None], above, f), np.where(upper[..., None], f, below)
@@ -113,5 +123,5 @@ def _finite(f: np.ndarray) -> np.ndarray:
 
 def _change(a: np.ndarray, b: np.ndarray, floor: np.ndarray) -> np.ndarray:
     """Relative to the larger value, the worst over channels; 0 beside a hole in the data."""
-    a, b = _finite(a), _finite(b)
-    return np.nan_to_num(np.abs(a - b) / np.maximum(np.maximum(np.abs(a), np.abs(b)), floor)).max(axis=-1)
+    change = np.abs(a - b) / np.maximum(np.maximum(np.abs(a), np.abs(b)), floor)
+    return np.asarray(np.fmax.reduce(change, axis=-1, initial=0.0))

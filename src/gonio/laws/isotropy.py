@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from ._probes import degrees, difference, everywhere, largest, pairs, values
+from ._probes import degrees, difference, everywhere, largest, pairs, some, values
 from ._verdict import Findings, at_most
 
 ORDER = 13
@@ -29,7 +29,7 @@ def turned(w: np.ndarray, turn: float) -> np.ndarray:
 
 def law(m: Reflectance) -> Findings:
     """The largest change of f by any of TURNS, relative; notes where angles can be saved, and where they cannot."""
-    wi, wo = everywhere(m, *pairs(COUNT))
+    wi, wo = everywhere(m, *pairs(some(m, COUNT)))
     f = values(m, wi, wo)
     changes = np.stack([difference(f, values(m, turned(wi, t), turned(wo, t))).max(axis=-1) for t in TURNS])
     value, (k, at) = largest(changes)

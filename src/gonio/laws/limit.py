@@ -15,13 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction
 from ..formula.fields import Param, Part
-from ..numerics.lattice import lattice
-from ._probes import degrees, largest
+from ._probes import degrees, largest, samples, weights
 from ._rings import distance
 from ._verdict import Findings, Law, at_most
 
@@ -83,11 +81,12 @@ def _between(value: Any, end: float, t: float) -> Any:
 
 def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
     """Share of the light outside the cone, albedo and reflectance of the mirror, of the channel that is worst."""
-    s = m.sample(np.broadcast_to(view, (COUNT, 3)), lattice(COUNT))
-    weight = np.nan_to_num(with_channels(s.weight, 1))
-    total = weight.sum(axis=0)
-    away = distance(view, s.wi)[0] if m.sides == "front" else _angle(m.mirrored(Direction(*view)), s.wi)
-    far = weight[away > CONE].sum(axis=0) / np.maximum(total, 1e-300)
+    total, far = np.zeros(m.channels or 1), np.zeros(m.channels or 1)
+    for s in samples(m, view, COUNT):
+        weight = weights(s)
+        away = distance(view, s.wi)[0] if m.sides == "front" else _angle(m.mirrored(Direction(*view)), s.wi)
+        total, far = total + weight.sum(axis=0), far + weight[away > CONE].sum(axis=0)
+    far = far / np.maximum(total, 1e-300)
     mean = total / COUNT
     mirror = np.broadcast_to(np.asarray(m.mirror(Direction(*view)), dtype=float), mean.shape)
     c = int(np.abs(mean - mirror).argmax())

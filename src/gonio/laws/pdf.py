@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from ..numerics.lattice import lattice
-from ._probes import SAMPLES, degrees, everywhere, opposite_pairs, precisions
+from ._probes import SAMPLES, degrees, everywhere, opposite_pairs, precisions, samples
 from ._rings import places
 from ._verdict import Findings, Law, at_most
 
@@ -33,8 +32,8 @@ def law(m: Reflectance) -> Findings:
     totals = []
     for view, grid, _ in places(m):
         inside = float((m.pdf(grid.w, view) * grid.solid).sum())
-        s = m.sample(np.broadcast_to(view, (SAMPLES, 3)), lattice(SAMPLES))
-        delta, lost = float(s.delta.mean()), float((s.pdf == 0.0).mean())
+        counts = [(s.delta.sum(), (s.pdf == 0.0).sum()) for s in samples(m, view)]
+        delta, lost = (float(sum(x)) / SAMPLES for x in zip(*counts, strict=True))
         error = np.nan_to_num(abs(inside + delta + lost - 1.0), nan=np.inf)
         where = "hemisphere" if m.sides == "front" else "sphere"
         parts = f"{where} {inside:.4f} + delta lobes {delta:.4f} + below the horizon {lost:.4f}, expected 1"

@@ -17,7 +17,7 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..integrals.over_hemisphere import integrate
 from ..integrals.photons import counted
-from ._probes import channel, degrees, in_channel, incidence, largest, pairs
+from ._probes import channel, degrees, in_channel, incidence, largest, pairs, some
 from ._verdict import Findings, Law, at_most
 
 ORDER = 24
@@ -35,7 +35,8 @@ def law(m: Reflectance) -> Findings:
     if m.sides != "front":
         yield "photons are not counted: the material transmits light"
         return
-    wi, wo = (w[:: len(w) // PAIRS] for w in pairs())
+    every = pairs()
+    wi, wo = (w[:: len(w) // some(m, PAIRS, m.channels or 1)] for w in every)
     F = m.reradiation(wi, wo)
     lowest, (at, o, i) = largest(np.where(np.isnan(F), -np.inf, -F))
     lowest = -lowest

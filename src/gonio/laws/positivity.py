@@ -1,7 +1,7 @@
 """Positivity: f is a number and not negative. No surface sends back a negative amount of light.
 
-Measured   lowest f at 131072 pairs of directions, and where formulas break: wi = wo, mirror pairs, along the normal,
-           nearly opposite towards grazing; these in single precision too
+Measured   lowest f at 131072 pairs of directions (fewer beside more than 64 channels), and where formulas break:
+           wi = wo, mirror pairs, along the normal, nearly opposite towards grazing; these in single precision too
 Holds if   >= 0, finite
 Tolerance  exact
 """
@@ -11,7 +11,19 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from ._probes import degrees, everywhere, exact_pairs, is_measured, opposite_pairs, pairs, precisions, values
+from ._probes import (
+    OPPOSITE,
+    PAIRS,
+    degrees,
+    everywhere,
+    exact_pairs,
+    is_measured,
+    opposite_pairs,
+    pairs,
+    precisions,
+    some,
+    values,
+)
 from ._verdict import Findings, Law
 
 ORDER = 11
@@ -19,8 +31,8 @@ ORDER = 11
 
 def law(m: Reflectance) -> Findings:
     """The lowest value at all pairs; not below 0, exactly. NaN is for missing data only."""
-    usual = [np.concatenate(w) for w in zip(pairs(), exact_pairs(), strict=True)]
-    hard = [np.concatenate(w) for w in zip(exact_pairs(), opposite_pairs(), strict=True)]
+    usual = [np.concatenate(w) for w in zip(pairs(some(m, PAIRS)), exact_pairs(), strict=True)]
+    hard = [np.concatenate(w) for w in zip(exact_pairs(), opposite_pairs(some(m, OPPOSITE, 4)), strict=True)]
     usual, hard = (list(everywhere(m, *of)) for of in (usual, hard))
     batches = [usual, *([w.astype(dtype) for w in hard] for dtype in precisions(m))]
     parts = [values(m, *w) for w in batches]

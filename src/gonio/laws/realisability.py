@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..polarization import coherency, dop
-from ._probes import PAIRS, degrees, exact_pairs, in_channel, largest, pairs
+from ._probes import PAIRS, degrees, exact_pairs, in_channel, largest, pairs, some
 from ._verdict import Findings, at_most
 
 ORDER = 25
@@ -28,7 +28,7 @@ def law(m: Reflectance) -> Findings:
     """The worst of all pairs; a material that does not polarise is left out."""
     if not m.polarizes:
         return
-    usual, hard = [w[::EVERY] for w in pairs()], exact_pairs()
+    usual, hard = [w[::EVERY] for w in pairs(some(m, PAIRS))], exact_pairs()
     wi, wo = (np.concatenate(w) for w in zip(usual, hard, strict=True))
     M = m.mueller(wi, wo)
     M = M if M.ndim == 4 else M[:, None]

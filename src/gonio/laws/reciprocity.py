@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from ._probes import PAIRS, degrees, difference, everywhere, index, largest, pairs, values
+from ._probes import PAIRS, degrees, difference, everywhere, index, largest, pairs, some, values
 from ._verdict import Findings, at_most
 
 ORDER = 12
@@ -36,7 +36,7 @@ def _of_matrices(m: Reflectance, wi: np.ndarray, wo: np.ndarray, mean: np.ndarra
 
 def law(m: Reflectance) -> Findings:
     """The largest difference on exchanging the directions, relative to the mean of both values."""
-    wi, wo = everywhere(m, *pairs())
+    wi, wo = everywhere(m, *pairs(some(m, PAIRS)))
     there, back = values(m, wi, wo), values(m, wo, wi)
     if m.sides != "front":
         there, back = there / index(m, wo) ** 2, back / index(m, wi) ** 2

@@ -115,16 +115,17 @@ def planned_table(
     if n > len(wi):
         raise ParameterError(f"n={n}: expected at most {len(wi)}, the pairs of directions there are; smaller steps")
     k, names = len(basis), None
-    coefficients, covariance, beside = np.zeros((1, k)), np.eye(k)[None], np.zeros(1)
+    coefficients, covariance, beside, widening = np.zeros((1, k)), np.eye(k)[None], np.zeros(1), np.ones(1)
     if measured is not None:
         if measured.basis is not basis:
             raise ParameterError("measured: a reconstruction by another basis; expected basis=found.basis")
         coefficients, covariance = measured.coefficients.reshape(-1, k), measured.covariance.reshape(-1, k, k)
-        beside, names = np.atleast_1d(measured.discrepancy), measured.reflectance.channel_names
+        beside, widening = np.atleast_1d(measured.discrepancy), np.atleast_1d(measured.widening)
+        names = measured.reflectance.channel_names
     rows = basis.at(wi, wo)
     raised = np.exp(rows.mean[:, None] + rows.factors @ coefficients.T)
     f = np.maximum(raised - basis.offset, 0.0)
-    variance = (np.hypot(noise * f, floor) / raised) ** 2 + rows.misfit[:, None] + beside**2
+    variance = (np.hypot(noise * f, floor) / raised) ** 2 + rows.misfit[:, None] * widening + beside**2
     # coordinates in which the mean variance of the table is a weighted sum of those of the coefficients
     squares = np.einsum("...k,...l,...->kl", basis.factors, basis.factors, basis.weights, optimize=True)
     weights, turn = np.linalg.eigh(squares)
@@ -136,7 +137,7 @@ def planned_table(
         infos.append(Information(own, turn.T @ precision @ turn, weights, np.ones(k)))
     chosen = best_choice(infos, n, "A", False, starts, seed)
     chosen = chosen[order_of(wi[chosen], wo[chosen])]
-    left = float((basis.weights * basis.misfit).sum())
+    left = float((basis.weights * basis.misfit).sum() * widening.mean())
     after, before = (
         float(np.sqrt(np.mean([(weights * np.diag(np.linalg.inv(info.matrix(at)))).sum() for info in infos]) + left))
         for at in (chosen, chosen[:0])

@@ -18,7 +18,7 @@ from ..notebooks import repr_html
 from ..tables.gridded import Gridded
 from .reflectance_basis import ReflectanceBasis, Rows
 
-DISCREPANCIES = np.geomspace(0.005, 1.0, 9).tolist()
+DISCREPANCIES = [0.0, *np.geomspace(0.005, 1.0, 9).tolist()]
 """Standard deviations of ln f that are tried for what a material has beside the basis."""
 
 FAR = 0.01
@@ -44,15 +44,17 @@ class Posterior(NamedTuple):
     """What values of one channel say of the coefficients of a basis.
 
     mean          (k,)
-    covariance    (k, k)
+    covariance    (k, k), widened
     discrepancy   standard deviation of ln f that the values ask for beside the basis
-    chi2          of the values, as the basis foretells them without discrepancy; `of`: their number
+    widening      the factor of all variances that the values ask for, 1 at least
+    chi2          of the values, as the basis foretells them without either; `of`: their number
     rms           of what is left of ln f
     """
 
     mean: np.ndarray
     covariance: np.ndarray
     discrepancy: float
+    widening: float
     chi2: float
     of: int
     rms: float
@@ -67,6 +69,8 @@ class Reconstruction:
     coefficients   (k,) or (C, k) posterior mean of the coefficients of the basis; before the measurement 0 +- 1
     covariance     (k, k) or (C, k, k) of them
     discrepancy    a number or (C,): standard deviation of ln f that the values ask for beside the basis
+    widening       a number or (C,): the factor of all variances that the values ask for, 1 at least: chi2 over its
+                   expectation, discrepancy included
     chi2           a number or (C,): sum of squares of the values, each over its variance as the basis foretells it;
                    about `used` for a material like those of the basis
     used           how many values counted, values in one cell of the table as one: a number or (C,)
@@ -82,7 +86,7 @@ class Reconstruction:
     >>> planned = gn.plan_table(10)
     >>> found = gn.reconstruct((planned.wi, planned.wo, m.f(planned.wi, planned.wo)))
     >>> print(found.coefficients.shape, found.reflectance.stored.shape)
-    (3, 20) (90, 32, 9, 3)
+    (3, 40) (90, 32, 9, 3)
     """
 
     _repr_html_ = repr_html
@@ -91,6 +95,7 @@ class Reconstruction:
     coefficients: np.ndarray
     covariance: np.ndarray
     discrepancy: Any
+    widening: Any
     chi2: Any
     used: Any
     rms: Any
@@ -167,7 +172,10 @@ class Reconstruction:
         random = np.random.default_rng(seed)
         k = len(self.basis)
         roots = [_root(c) for c in self.covariance.reshape(-1, k, k)]
-        mean, beside = self._logarithm(), np.sqrt(self.basis.misfit[..., None] + np.square(self.discrepancy))
+        mean, beside = (
+            self._logarithm(),
+            np.sqrt(self.basis.misfit[..., None] * np.atleast_1d(self.widening) + np.square(self.discrepancy)),
+        )
         for _ in range(count):
             off = np.stack([root @ random.standard_normal(k) for root in roots], axis=-1)
             log_f = mean + self.basis.factors @ off + beside * random.standard_normal(len(roots))
@@ -189,16 +197,18 @@ class Reconstruction:
         >>> print(sorted(found.to_json())[:4])
         ['basis', 'chi2', 'coefficients', 'covariance']
         """
-        numbers = ("coefficients", "covariance", "stderr", "discrepancy", "chi2", "used", "rms", "error")
+        numbers = ("coefficients", "covariance", "stderr", "discrepancy", "widening", "chi2", "used", "rms", "error")
         told = {name: np.asarray(getattr(self, name)).tolist() for name in numbers}
         return {"source": self.source, "basis": repr(self.basis), **told, "notes": list(self.notes)}
 
     def __str__(self) -> str:
         names = names_of(self.reflectance.channel_names)
-        columns = [np.atleast_1d(getattr(self, name)) for name in ("used", "error", "rms", "discrepancy", "chi2")]
-        rows = [["", "values", "error of f", "rms of values", "beside the basis", "chi2"]]
-        for name, used, error, rms, beside, chi2 in zip(names, *columns, strict=True):
-            rows.append([name, f"{used}", f"{error:.1%}", f"{rms:.2%}", f"{beside:.1%}", f"{chi2:.4g}"])
+        fields = ("used", "error", "rms", "discrepancy", "widening", "chi2")
+        columns = [np.atleast_1d(getattr(self, name)) for name in fields]
+        rows = [["", "values", "error of f", "rms of values", "beside the basis", "u widened", "chi2"]]
+        for name, used, error, rms, beside, widening, chi2 in zip(names, *columns, strict=True):
+            wider = f"{math.sqrt(widening):.3g} x"
+            rows.append([name, f"{used}", f"{error:.1%}", f"{rms:.2%}", f"{beside:.1%}", wider, f"{chi2:.4g}"])
         widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
         lines = [f"{self.reflectance!r:.200}", f"reconstructed from {self.source}", f"by {self.basis!r}", ""]
         for row in rows[: 1 + 12]:
@@ -230,18 +240,19 @@ def reconstruction(s: Samples, basis: ReflectanceBasis, noise: float, floor: flo
             )
         found.append(posterior(basis, Rows(*(x[known] for x in rows)), f[known], u[known]))
     means = np.stack([p.mean for p in found])
-    variance = np.stack([variance_of(basis, p.covariance) for p in found], axis=-1)
+    variance = np.stack([variance_of(basis, p.covariance, p.widening) for p in found], axis=-1)
     log_u = np.sqrt(variance + np.array([p.discrepancy**2 for p in found]))
     table = basis.table(_logarithm(basis, means), log_u, s.channels, made_of=f"{s.source}, reconstructed")
-    discrepancy, chi2, used, rms = (
-        np.array([getattr(p, name) for p in found]) for name in ("discrepancy", "chi2", "of", "rms")
+    discrepancy, widening, chi2, used, rms = (
+        np.array([getattr(p, name) for p in found]) for name in ("discrepancy", "widening", "chi2", "of", "rms")
     )
     covariance = np.stack([p.covariance for p in found])
     if s.channels is None:
         means, covariance, log_u = means[0], covariance[0], log_u[..., 0]
-        discrepancy, chi2, used, rms = (x[0].item() for x in (discrepancy, chi2, used, rms))
+        discrepancy, widening, chi2, used, rms = (x[0].item() for x in (discrepancy, widening, chi2, used, rms))
     notes = tuple(_notes(s, basis, found, table, log_u.reshape(variance.shape), noise, floor))
-    return Reconstruction(table, means, covariance, discrepancy, chi2, used, rms, log_u, notes, s.source, basis)
+    numbers = discrepancy, widening, chi2, used, rms
+    return Reconstruction(table, means, covariance, *numbers, log_u, notes, s.source, basis)
 
 
 def posterior(basis: ReflectanceBasis, rows: Rows, f: np.ndarray, u: np.ndarray) -> Posterior:
@@ -256,53 +267,63 @@ def posterior(basis: ReflectanceBasis, rows: Rows, f: np.ndarray, u: np.ndarray)
     total = np.bincount(which, weight)
     mean, misfit = (np.bincount(which, weight * x) / total for x in (off, rows.misfit))
     factors = np.stack([np.bincount(which, weight * x) / total for x in rows.factors.T], axis=-1)
-    variance = 1.0 / total + misfit
-    _, coefficients, covariance, chi2 = _solved(mean, factors, variance)
-    discrepancy = 0.0
+    found = _solved(mean, factors, 1.0 / total + misfit)
+    chi2, discrepancy = found.chi2, 0.0
     if _chance(chi2, len(cells)) < FAR:
-        coefficients, covariance, discrepancy = _robust(mean, factors, variance, coefficients)
-    remains = off - rows.factors @ coefficients
+        found, discrepancy = _robust(mean, factors, 1.0 / total + misfit)
+    remains = off - rows.factors @ found.coefficients
     return Posterior(
-        coefficients,
-        covariance,
+        found.coefficients,
+        found.widening * found.covariance,
         discrepancy,
+        found.widening,
         chi2,
         len(cells),
         float(np.sqrt(np.mean(remains * remains))),
     )
 
 
-def _solved(off: np.ndarray, factors: np.ndarray, variance: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, float]:
-    """ln of the evidence, mean and covariance of the coefficients, and chi-square of values of these variances."""
-    rows = factors / np.sqrt(variance)[:, None]
-    own = off / np.sqrt(variance)
-    matrix = np.eye(factors.shape[1]) + rows.T @ rows
-    covariance = np.linalg.inv(matrix)
-    covariance = 0.5 * (covariance + covariance.T)
-    coefficients = covariance @ (rows.T @ own)
-    chi2 = float(own @ own - coefficients @ (rows.T @ own))
-    evidence = -0.5 * (np.log(variance).sum() + np.linalg.slogdet(matrix)[1] + chi2)
-    return float(evidence), coefficients, covariance, chi2
+class _Solved(NamedTuple):
+    """What values of certain variances say: ln of the evidence, mean and covariance of the coefficients, chi-square."""
+
+    evidence: float
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    chi2: float
+    widening: float
 
 
-def _robust(
-    off: np.ndarray, factors: np.ndarray, variance: np.ndarray, coefficients: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Mean and covariance of the coefficients, with the discrepancy of greatest evidence in the variances; values that
-    are still far off count less, as those of Student's distribution do. And the discrepancy, or a larger one where less
-    than 95 % of the values were within two standard deviations."""
-    covariance, discrepancy, share = np.eye(len(coefficients)), DISCREPANCIES[-1], np.ones(len(off))
+def _solved(off: np.ndarray, factors: np.ndarray, variance: np.ndarray) -> _Solved:
+    """By values of these variances; these, and those of the coefficients, are greater by `widening` where need be."""
+    rows, own = factors / np.sqrt(variance)[:, None], off / np.sqrt(variance)
+    turned, sizes, axes = np.linalg.svd(rows, full_matrices=False)
+    known = sizes**2 / (1.0 + sizes**2)
+    covariance = np.eye(factors.shape[1]) - (axes.T * known) @ axes
+    coefficients = axes.T @ (sizes / (1.0 + sizes**2) * (turned.T @ own))
+    left = own - rows @ coefficients
+    chi2 = float(left @ left + coefficients @ coefficients)
+    widening = max(1.0, chi2 / len(off))
+    evidence = np.log(variance * widening).sum() + np.log1p(sizes**2).sum() + chi2 / widening
+    return _Solved(-0.5 * float(evidence), coefficients, covariance, chi2, widening)
+
+
+def _robust(off: np.ndarray, factors: np.ndarray, variance: np.ndarray) -> tuple[_Solved, float]:
+    """The solution with the discrepancy of greatest evidence in the variances, none where widening them says as much;
+    values that are still far off count less, as those of Student's distribution do. And the discrepancy, or a larger
+    one where less than 95 % of the values were within two standard deviations."""
+    share = np.ones(len(off))
     some = slice(None, None, max(1, len(off) // ENOUGH))
     for _ in range(STEPS):
         tried = [
-            (_solved(off[some], factors[some], (variance + d * d)[some] / share[some])[0], d) for d in DISCREPANCIES
+            (_solved(off[some], factors[some], (variance + d * d)[some] / share[some]).evidence, d)
+            for d in DISCREPANCIES
         ]
         discrepancy = max(tried)[1]
-        _, coefficients, covariance, _ = _solved(off, factors, (variance + discrepancy**2) / share)
-        left = (off - factors @ coefficients) ** 2
+        found = _solved(off, factors, (variance + discrepancy**2) / share)
+        left = (off - factors @ found.coefficients) ** 2 / found.widening
         share = (FREEDOM + 1.0) / (FREEDOM + left / (variance + discrepancy**2))
     wide = float(np.quantile(left, 0.95)) / 4.0 - float(np.median(variance))
-    return coefficients, covariance, math.sqrt(max(wide, discrepancy**2))
+    return found, math.sqrt(found.widening * max(wide, discrepancy**2))
 
 
 def _chance(chi2: float, count: int) -> float:
@@ -310,10 +331,10 @@ def _chance(chi2: float, count: int) -> float:
     return float(gammaincc(0.5 * count, 0.5 * max(chi2, 0.0)))
 
 
-def variance_of(basis: ReflectanceBasis, covariance: np.ndarray) -> np.ndarray:
+def variance_of(basis: ReflectanceBasis, covariance: np.ndarray, widening: float) -> np.ndarray:
     """Variance (grid) of ln(f + offset) at the nodes, of this covariance of the coefficients."""
     spread = basis.factors @ _root(covariance)
-    return np.asarray(np.einsum("...k,...k->...", spread, spread) + basis.misfit)
+    return np.asarray(np.einsum("...k,...k->...", spread, spread) + widening * basis.misfit)
 
 
 def _root(covariance: np.ndarray) -> np.ndarray:
@@ -342,13 +363,14 @@ def _notes(
         yield f"{text} of each value was taken"
         if lost := int((s.valid & ~(np.hypot(noise * np.maximum(s.f, 0.0), floor) > 0.0)).sum()):
             yield f"{lost} values of 0 or less were left out; a floor of the noise makes them count"
-    far = [p for p in found if p.discrepancy]
+    far = [p for p in found if _chance(p.chi2, p.of) < FAR]
     if far:
         worst = max(far, key=lambda p: p.chi2 / p.of)
+        beside = f", and a deviation of {worst.discrepancy:.1%} added" if worst.discrepancy else ""
         yield (
             f"the values are far from the materials of the basis: chi2 {worst.chi2:.3g} of {worst.of} values; "
-            f"a deviation of {worst.discrepancy:.1%} was added to u; other materials in the basis, more values, or a "
-            f"larger noise would help"
+            f"u was widened {math.sqrt(worst.widening):.2g} times{beside}; other materials in the basis, more values, "
+            f"or a larger noise would help"
         )
     weights = basis.weights[..., None] / len(found)
     if (share := float((weights * (log_u > UNSURE)).sum())) > 0.01:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.angles import direction
-from ..numerics.unique_rows import unique_rows
+from ..numerics.unique_rows import first_alike, unique_rows
 from .rows import SAME
 
 NEIGHBOURS = 24
@@ -16,6 +16,9 @@ NEIGHBOURS = 24
 
 TOGETHER = 1024
 """How many values are interpolated at a time."""
+
+ENOUGH = 10_000
+"""Rows, about, that tell the usual distance to the next one."""
 
 
 def places_of(rows: np.ndarray, four: bool, mirrored: bool) -> np.ndarray:
@@ -64,14 +67,14 @@ def at_angles(
     outside: str,
 ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
     """As `interpolated`, at any angles (m, 4): (m, C), (m, C) and (m,)."""
-    from scipy.spatial import KDTree
-
     targets = places_of(angles, four, mirrored)
     places, values = places_of(rows, four, mirrored), f.reshape(len(f), -1)
     spread = None if u is None else u.reshape(values.shape)
     f_there = np.full((len(targets), values.shape[1]), np.nan)
     u_there = None if u is None else f_there.copy()
     known = np.isfinite(values)
+    some = known.any(axis=1)
+    nearest_of_all = None
     for pattern in known.T[unique_rows(known.T)[0]]:
         channels = (known == pattern[:, None]).all(axis=0)
         if pattern.any():
@@ -80,19 +83,26 @@ def at_angles(
             f_there[:, channels], nearest = _between(*merged[:2], targets, outside)
             if u_there is not None and merged[2] is not None:
                 u_there[:, channels] = merged[2][nearest]
-    some = known.any(axis=1)
-    return f_there, u_there, KDTree(_merged(places[some], values[some], None)[0]).query(targets)[1]
+            if (pattern == some).all():
+                nearest_of_all = nearest
+    if nearest_of_all is None:
+        nearest_of_all = _tree(_merged(places[some], values[some], None)[0]).query(targets)[1]
+    return f_there, u_there, nearest_of_all
+
+
+def _tree(places: np.ndarray) -> Any:
+    from scipy.spatial import KDTree
+
+    return KDTree(places)
 
 
 def _between(places: np.ndarray, values: np.ndarray, targets: np.ndarray, outside: str) -> tuple[np.ndarray, ...]:
     """Values (m, C) at the targets, interpolated from those (n, C) at places; and the number of the nearest place."""
-    from scipy.spatial import KDTree
-
-    tree = KDTree(places)
+    tree = _tree(places)
     distance, nearest = tree.query(targets)
     result = values[nearest]
     if len(places) > 1:
-        usual = np.median(tree.query(places, k=2)[0][:, 1])
+        usual = np.median(tree.query(places[:: -(-len(places) // ENOUGH)], k=2)[0][:, 1])
         near = distance <= 2.0 * usual
         if near.any():
             result[near] = _by_radial_functions(tree, values, targets[near])
@@ -128,9 +138,10 @@ def _by_radial_functions(tree: Any, values: np.ndarray, targets: np.ndarray) -> 
 
 def _merged(places: np.ndarray, values: np.ndarray, u: np.ndarray | None) -> tuple[np.ndarray, Any, Any]:
     """Places, values (n, C) and uncertainties of rows; rows at the same place become their mean."""
-    first, which, count = unique_rows(np.round(places / SAME))
-    if len(first) == len(places):
+    rounded = np.round(places / SAME)
+    if (first_alike(rounded) == np.arange(len(rounded))).all():
         return places, values, u
+    first, which, count = unique_rows(rounded)
     count = count[:, None]
     mean = np.zeros((len(first), values.shape[1]))
     np.add.at(mean, which, values)

@@ -39,11 +39,11 @@ class Scattered(Gridded):
     """Measurements at any pairs of directions, n rows of angles and values.
 
     Looked up in a grid of angles: at its nodes, f is interpolated from the 24 nearest rows by radial basis functions
-    (|r|, exact at rows), over the projections of both directions on the surface; between nodes linearly. A node
-    further from all rows than twice the usual distance between rows has the value of the nearest row if `outside` is
-    "hold", and none if it is "missing". If light came from one azimuth only, the material counts as isotropic: rows are
-    turned together with wi, and, if all lie in the plane of incidence or on one side of it, mirrored at it. Each
-    channel is interpolated from the rows with a number in it; NaN where none has.
+    (|r|, exact at rows), over the projections of both directions on the surface; between nodes linearly. A node further
+    from all rows than twice the usual distance between rows (of 10 000 of them, about) has the value of the nearest row
+    if `outside` is "hold", and none if it is "missing". If light came from one azimuth only, the material counts as
+    isotropic: rows are turned together with wi, and, if all lie in the plane of incidence or on one side of it,
+    mirrored at it. Each channel is interpolated from the rows with a number in it; NaN where none has.
 
     Shapes   theta_i, phi_i, theta_o, phi_o: (n,); values, uncertainty: (n,) or (n, C).
     Units    angles: rad; f: 1/sr; values: those of `quantity`.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -96,9 +96,7 @@ class _Reader:
         """All rows."""
         parts: dict[int, list[np.ndarray]] = {k: [] for k in self.wanted}
         lines = []
-        for piece in self.sheet.rows(self.delimiter, self.layout.first - 1):
-            rows = [row for row in piece if any(row[1]) and not row[1][0].startswith("#")]
-            kept, columns = self._fast(rows) or self._one_by_one(rows)
+        for kept, columns in self._pieces():
             lines.append(np.array(kept, dtype=np.int64))
             for k, column in columns.items():
                 parts[k].append(column)
@@ -106,6 +104,41 @@ class _Reader:
                 break
         columns = {k: np.concatenate(part) if part else np.empty(0) for k, part in parts.items()}
         return Numbers(columns, np.concatenate(lines), self.repeated, self.below, self.decimal)
+
+    def _pieces(self) -> Iterator[tuple[Sequence[int], dict[int, np.ndarray]]]:
+        start = self.layout.first - 1
+        if isinstance(self.sheet, CellSheet):
+            for rows in self.sheet.rows(self.delimiter, start):
+                yield self._of_rows(rows)
+            return
+        for number, lines in self.sheet.lines(start):
+            yield self._plain(lines, number) or self._of_rows(self.sheet.split(lines, number, self.delimiter))
+
+    def _of_rows(self, piece: list[Row]) -> tuple[Sequence[int], dict[int, np.ndarray]]:
+        rows = [row for row in piece if any(row[1]) and not row[1][0].startswith("#")]
+        return self._fast(rows) or self._one_by_one(rows)
+
+    def _plain(self, lines: list[str], number: int) -> tuple[Sequence[int], dict[int, np.ndarray]] | None:
+        """All lines at once, without rows of cells; None unless each has so many numbers and nothing else."""
+        count, delimiter = len(self.layout.names), self.delimiter
+        lines = lines if lines[-1] else lines[:-1]  # after the last line
+        text = delimiter.join(lines)
+        if delimiter in (" ", self.decimal) or not text.isascii() or any(mark in text for mark in '"#_'):
+            return None
+        if not lines or any(line.count(delimiter) != count - 1 for line in lines):
+            return None
+        if self.decimal == ",":
+            if "." in text:
+                return None
+            text = text.replace(",", ".")
+        cells = text.split(delimiter)
+        try:
+            columns = {k: np.array([*map(float, cells[k::count])]) for k in self.wanted}
+        except ValueError:
+            return None
+        if any(np.isnan(columns[k]).any() for k in self.needed & columns.keys()):
+            return None
+        return range(number, number + len(lines)), columns
 
     def _fast(self, rows: list[Row]) -> tuple[list[int], dict[int, np.ndarray]] | None:
         """All rows at once; None if one of them is not plain numbers."""

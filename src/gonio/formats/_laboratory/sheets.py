@@ -65,6 +65,11 @@ class TextSheet:
 
     def rows(self, delimiter: str, start: int = 0) -> Iterator[list[Row]]:
         """Rows in pieces, after the line of number `start`."""
+        for number, lines in self.lines(start):
+            yield self.split(lines, number, delimiter)
+
+    def lines(self, start: int = 0) -> Iterator[tuple[int, list[str]]]:
+        """Lines in pieces, after that of number `start`, and the number of the first of each piece."""
         at, number = 0, 0
         while at < len(self.text):
             end = self.text.find("\n", at + CHUNK if number >= start else at)
@@ -72,7 +77,11 @@ class TextSheet:
             lines = self.text[at:end].split("\n")
             at, number = end + 1, number + len(lines)
             if number > start:
-                yield self._split(lines, number - len(lines) + 1, delimiter, strict=True)
+                yield number - len(lines) + 1, lines
+
+    def split(self, lines: list[str], number: int, delimiter: str) -> list[Row]:
+        """The rows of lines, of which the first has this number."""
+        return self._split(lines, number, delimiter, strict=True)
 
     def _split(self, lines: list[str], number: int, delimiter: str, strict: bool) -> list[Row]:
         for k, line in enumerate(lines, number):

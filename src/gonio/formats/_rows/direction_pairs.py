@@ -13,6 +13,7 @@ import numpy as np
 
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
+from ...numerics.unique_rows import first_alike
 from ...tables.gridded import Gridded
 from ...tables.rows import ROW_ANGLES
 from ...tables.scattered import Scattered, gridded_or_scattered
@@ -117,6 +118,7 @@ def material(
         kept = (pairs if len(which) == len(angles) else pairs.only(which))._replace(angles=own)
         if not np.isfinite(kept.values).any():
             raise FormatError(f"{path}: holds no value that is a number, expected at least one measurement")
+        _refuse_all_twice(kept, which, path)
         measurement = _measurement(kept, path, more, isotropic, outside)
         if isinstance(measurement, Scattered):
             _refuse_copies(kept, which, path, more, isotropic, outside)
@@ -156,17 +158,26 @@ def _measurement(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: b
         raise FormatError(f"{path}: {error}") from None
 
 
+def _refuse_all_twice(pairs: Pairs, numbers: np.ndarray, path: str) -> None:
+    """Raises FormatError if every row has copies; so has the first then. `numbers`: of the rows in the file."""
+    rows = np.column_stack(pairs.numbers())
+    if not (rows[1:] == rows[0]).all(axis=1).any():
+        return
+    pair, once, all_twice = repeated(rows)
+    if pair is not None and all_twice and len(once) > 1:
+        first, again = (int(numbers[k]) + 1 for k in pair)
+        raise FormatError(f"{path}: every row is there several times: row {again} repeats row {first}; remove copies")
+
+
 def _refuse_copies(pairs: Pairs, numbers: np.ndarray, path: str, *more: Any) -> None:
-    """Raises FormatError if every row has copies, or if the rows fill a grid without theirs.
+    """Raises FormatError if the rows fill a grid without their copies.
 
     A few equal rows in no grid are taken for measurements, and count as their mean. `numbers`: of the rows in the file.
     """
-    pair, once, all_twice = repeated(np.column_stack(pairs.numbers()))
+    pair, once, _ = repeated(np.column_stack(pairs.numbers()))
     if pair is None:
         return
     first, again = (int(numbers[k]) + 1 for k in pair)
-    if all_twice and len(once) > 1:
-        raise FormatError(f"{path}: every row is there several times: row {again} repeats row {first}; remove copies")
     if not isinstance(_measurement(pairs.only(once), path, *more), Scattered):
         raise _copy_of_node(path, first, again)
 
@@ -181,14 +192,13 @@ def _copy_of_node(path: str, first: int, again: int) -> FormatError:
 def repeated(rows: np.ndarray) -> tuple[tuple[int, int] | None, np.ndarray, bool]:
     """The first row (n, k) that repeats an earlier one: the numbers of both, from 0, or None; the numbers of the rows
     that repeat none; and whether every row occurs several times. NaN equals NaN here, and 0 equals -0."""
-    exact = np.ascontiguousarray(rows + 0.0)
-    packed = exact.view(np.dtype((np.void, exact.dtype.itemsize * exact.shape[1]))).reshape(-1)
-    _, first, which, count = np.unique(packed, return_index=True, return_inverse=True, return_counts=True)
-    earliest = first[which.reshape(-1)]
-    again = np.flatnonzero(earliest != np.arange(len(rows)))
+    earliest = first_alike(rows)
+    is_first = earliest == np.arange(len(rows))
+    once, again = np.flatnonzero(is_first), np.flatnonzero(~is_first)
     if not len(again):
-        return None, first, False
-    return (int(earliest[again[0]]), int(again[0])), np.sort(first), bool((count > 1).all())
+        return None, once, False
+    count = np.bincount(earliest)
+    return (int(earliest[again[0]]), int(again[0])), once, bool((count[once] > 1).all())
 
 
 def _as_grid(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: bool | None, outside: str) -> Gridded | None:
