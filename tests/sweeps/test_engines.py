@@ -6,6 +6,7 @@ By default few materials; with `full` all house materials. A failure ends with t
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import contextmanager
 from itertools import product
 from typing import Any
@@ -14,7 +15,7 @@ import house
 import numpy as np
 import pytest
 from directed import COUNT, SWEPT, TOLERANCE, Call, Refused, lines, named, run
-from libraries import DrJitArray, DrJitTensor, Jax, Torch, switch_off, thinned
+from libraries import DrJitArray, DrJitTensor, Jax, Torch, switch_off
 from lit import CALLS, MATERIALS, Lit, made
 from sweeps import cell, one_in
 
@@ -28,13 +29,12 @@ NUMPY_ONLY = {"jacobian"}
 """Methods that other libraries do without."""
 
 
-def cells(*few: str) -> list[Any]:
-    """Calls, each with all house materials; by default with few, and of integrals a third of these."""
-    found = []
-    for call, name in product(SWEPT, HOUSE):
-        some = name in few and (not call.integral or one_in(3, name, *call.arguments.values()))
-        found.append(cell(call, name, default=some))
-    return found
+def cells(*few: str, of: Iterable[str] = HOUSE) -> list[Any]:
+    """Calls, each with house materials; by default with few, and of integrals a third of these."""
+    return [
+        cell(call, name, default=name in few and (not call.integral or one_in(3, name, *call.arguments.values())))
+        for call, name in product(SWEPT, of)
+    ]
 
 
 def whole(call: Call) -> Any:
@@ -67,9 +67,8 @@ def test_compiled_and_on_arrays(call, name, monkeypatch):
 
 
 @pytest.mark.few_by_jax("pdf", "brf", "delta_reflectance")
-@pytest.mark.parametrize("call", [call for call in SWEPT if named(call)], ids=str)
 @pytest.mark.parametrize(
-    "name", thinned(["paint", "leaf", "mirror", "brushed", "ground_glass"], ["paint", "leaf", "mirror"])
+    "call, name", cells("paint", of=("paint", "leaf", "mirror", "brushed", "ground_glass")), ids=str
 )
 @pytest.mark.parametrize("library", (Torch, Jax, DrJitTensor, DrJitArray), indirect=True, ids=lambda kind: kind.name)
 def test_array_libraries(library, call, name):

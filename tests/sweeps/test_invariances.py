@@ -55,9 +55,13 @@ def _goes_both_ways(call: Call) -> bool:
 
 
 WAYS = [call for call in SWEPT if _goes_both_ways(call)]
-CONES = {"incident": "gn.Cone([0.0, 0.6, 0.8], 0.05)", "collected": "gn.Cone([0.3, 0.0, 1.0], 0.1)"}
-TWO_CONES = next(call for call in WAYS if call.name == "reflectance_factor")
-TWO_CONES = TWO_CONES._replace(arguments=TWO_CONES.arguments | CONES)
+FACTOR, APERTURE = (
+    next(call for call in WAYS if call.name == x) for x in ("reflectance_factor", "repair.through_aperture")
+)
+CONES = ("gn.Cone([0.0, 0.6, 0.8], 0.05)", "gn.Cone([0.3, 0.0, 1.0], 0.1)")
+WAYS += [FACTOR._replace(arguments=FACTOR.arguments | {"collected": CONES[0]})]
+WAYS += [APERTURE._replace(arguments=APERTURE.arguments | {"source": "0.1"})]
+TWO_CONES = FACTOR._replace(arguments=FACTOR.arguments | dict(zip(("incident", "collected"), CONES, strict=True)))
 
 each_call = pytest.mark.parametrize("call", DIRECTED, ids=str)
 

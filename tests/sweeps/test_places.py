@@ -20,7 +20,7 @@ from sweeps import cell, one_in, one_of
 import gonio as gn
 
 QUICK = {"irradiance": 2, "observations": 2, "photometric_stereo": 2, "reflected_radiance": 1}
-"""Calls that are no pictures: by default shifted under one light in so many, turned under a third of these."""
+"""Calls that are no pictures: by default shifted under one light in so many, turned under a fifth of these."""
 
 
 def cells() -> list[Any]:
@@ -30,7 +30,7 @@ def cells() -> list[Any]:
         lights = made() if "lit(a)" in text else {"ConstantLight": ""}
         for motion, light in product(ONLY.get(call, ("shifted", "turned")), lights):
             if call in QUICK or len(lights) == 1:
-                default = one_in(QUICK.get(call, 1) * (1 if motion == "shifted" else 3), call, motion, light)
+                default = one_in(QUICK.get(call, 1) * (1 if motion == "shifted" else 5), call, motion, light)
             else:
                 default = light == one_of(lights, call, motion)
             found.append(cell(call, motion, light, default=default))
