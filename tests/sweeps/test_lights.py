@@ -29,14 +29,8 @@ def cells(functions: Iterable[str], part: dict[str, int], once: Collection[str])
     for f, m, x in product(functions, MATERIALS, NAMES):
         if m == "paint" or "(m, " in {**CALLS, **RATIOS}[f]:
             many = part.get(f, 0) * (1 if m == "paint" else 4)
-            found.append(
-                cell(
-                    f,
-                    m,
-                    x,
-                    default=one_in(many, f, x) if many else m == "paint" and f in once and x == one_of(NAMES, f),
-                )
-            )
+            chosen = one_in(many, f, x) if many else m == "paint" and f in once and x == one_of(NAMES, f)
+            found.append(cell(f, m, x, default=chosen))
     return found
 
 
