@@ -5,13 +5,14 @@ gonio.base, gonio.integrals, gonio.remote_sensing, gonio.repair and whatever els
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
+from itertools import product
 
 import house
 import numpy as np
 import pytest
 from directed import COUNT, SWEPT, TOLERANCE, Call, Refused, directed, lines, named, run
 from materials import COMPILED
+from sweeps import grouped
 
 import gonio as gn
 
@@ -130,16 +131,15 @@ def test_a_turn_about_the_normal(call):
         np.testing.assert_allclose(x, y, rtol=0.0, atol=TOLERANCE if call.integral else 1e-9 * size, err_msg=told)
 
 
-def _ways() -> list[Any]:
-    """Calls, each with materials: integrals by default with few."""
-    few = ("paint", "brushed", "mirror")
-    some = [pytest.param(c, n, marks=() if not c.integral or n in few else FULL) for c in WAYS for n in RECIPROCAL]
-    return [*some, *(pytest.param(TWO_CONES, name, marks=FULL) for name in RECIPROCAL)]
+def _usual(call: Call, name: str) -> bool:
+    """What is exchanged by default: integrals of few materials."""
+    return call is not TWO_CONES and (not call.integral or name in ("paint", "brushed", "mirror"))
 
 
-@pytest.mark.parametrize("call, name", _ways(), ids=str)
-def test_exchange_of_light_and_viewer(call, name):
-    _hold_exchanged(call, RECIPROCAL[name])
+@pytest.mark.parametrize("cells", grouped(product([*WAYS, TWO_CONES], RECIPROCAL), _usual))
+def test_exchange_of_light_and_viewer(cells):
+    for call, name in cells:
+        _hold_exchanged(call, RECIPROCAL[name])
 
 
 @pytest.mark.full
