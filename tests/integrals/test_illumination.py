@@ -314,6 +314,43 @@ def test_libraries_agree_in_even_light(library):
     np.testing.assert_allclose(library.numpy(own), whole, rtol=5e-3)
 
 
+@pytest.mark.few_by_jax()
+@pytest.mark.parametrize("light", [gn.RectangleLight([0, 0, 2], [5, 0, 0], [0, -5, 0]), gn.ConstantLight(2.0)], ids=str)
+@pytest.mark.parametrize(
+    "m",
+    [
+        gn.Lambertian(0.2) + 0.5 * gn.IdealSpecular(0.8),
+        gn.NormalMapped(gn.IdealSpecular(0.8), 0.2),
+        gn.SmoothDielectric(1.5),
+        gn.Absorber(0.5),
+    ],
+    ids=lambda m: type(m).__name__,
+)
+def test_libraries_see_light_in_delta_lobes(m, light, library):
+    if library.name.startswith("drjit"):
+        return
+    wo = on_sphere([0.2, 0.9, 2.8], [0.0, 1.0, 2.0])
+    own = gn.reflected_radiance(m, light, library.array(wo))
+    np.testing.assert_allclose(library.numpy(own), gn.reflected_radiance(m, light, wo), rtol=5e-3, atol=1e-12)
+
+
+def test_derivatives_of_light_in_delta_lobes_that_transmit(torch):
+    wo, sky = on_sphere(0.6, 1.0), gn.FunctionLight(lambda w: 1.0 + 0.5 * w[..., 2])
+    eta = torch.tensor(1.5, dtype=torch.float64, requires_grad=True)
+    gn.reflected_radiance(gn.ThinDielectric(eta), sky, torch.tensor(wo)).backward()
+    high, low = (gn.reflected_radiance(gn.ThinDielectric(1.5 + x), sky, wo) for x in (1e-4, -1e-4))
+    np.testing.assert_allclose(eta.grad, (high - low) / 2e-4, rtol=5e-3)
+
+
+@pytest.mark.few_by_jax()
+@pytest.mark.parametrize("m", [gn.Lambertian(0.1) + gn.DiffuseTransmission(0.2), gn.RoughDielectric(gn.GGX(0.3), 1.5)])
+def test_albedos_of_libraries_are_of_what_comes_back(m, library):
+    if library.name.startswith("drjit"):
+        return
+    wi = on_sphere([0.2, 0.9, 2.5], [0.0, 1.0, 2.0])
+    np.testing.assert_allclose(library.numpy(gn.albedo(m, library.array(wi))), gn.albedo(m, wi), atol=3e-3)
+
+
 def test_gradients_under_delta_lights(torch):
     """dL/drho = E cos(theta)/pi, dL/dI = rho cos(theta)/(pi r^2), dL/dn by differences."""
     rho = torch.tensor([0.2, 0.5, 0.7], dtype=torch.float64, requires_grad=True)

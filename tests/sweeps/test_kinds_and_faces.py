@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import inspect
 import re
-import types
 import warnings
 import zlib
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from directed import public
 from kinds import KINDS, of_kind
 
 import gonio as gn
@@ -65,16 +64,6 @@ NOT_OF_MATERIALS = {
     "roughness.alpha_from_beckmann_m": "its m is Beckmann's number",
     "formats.write": "`save`, for those who have a format's module",
 }
-
-
-def public() -> Iterator[tuple[str, Callable[..., Any]]]:
-    for name in gn.__all__:
-        thing = getattr(gn, name)
-        if inspect.isfunction(thing):
-            yield name, thing
-        if isinstance(thing, types.ModuleType):
-            own = (x for k, x in vars(thing).items() if not k.startswith("_") and inspect.isfunction(x))
-            yield from ((f"{name}.{x.__name__}", x) for x in own if x.__module__.startswith(thing.__name__))
 
 
 def faces() -> list[str]:

@@ -15,22 +15,23 @@ import numpy as np
 import pytest
 from directed import Refused
 from lit import CALLS, LEFT_OUT, MATERIALS, RATIOS, Lit, lit, made, twice
-from sweeps import cell, one_in, one_of
+from sweeps import grouped, one_in, one_of
 
 import gonio as gn
 
 NAMES = sorted(made())
-QUICK = ("irradiance", "observations", "photometric_stereo", "reflected_radiance")
+QUICK = {"irradiance": 2, "observations": 2, "photometric_stereo": 2, "reflected_radiance": 1}
 
 
 def cells(functions: Iterable[str], part: dict[str, int], once: Collection[str]) -> list[Any]:
     """A function, a material, a light. By default `part`: one light in so many; `once`: one of all."""
-    found = []
-    for f, m, x in product(functions, MATERIALS, NAMES):
-        if m == "paint" or "(m, " in {**CALLS, **RATIOS}[f]:
-            many = part.get(f, 0) * (1 if m == "paint" else 4)
-            found.append(cell(f, m, x, default=one_in(many, f, x) if many else f in once and x == one_of(NAMES, f)))
-    return found
+
+    def default(f: str, m: str, x: str) -> bool:
+        many = part.get(f, 0) * (1 if m == "paint" else 4)
+        return one_in(many, f, x) if many else m == "paint" and f in once and x == one_of(NAMES, f)
+
+    some = product(functions, MATERIALS, NAMES)
+    return grouped((c for c in some if c[1] == "paint" or "(m, " in {**CALLS, **RATIOS}[c[0]]), default)
 
 
 def hold(under: Lit, found: list[np.ndarray] | Refused, expected: list[np.ndarray], tolerance: float) -> None:
@@ -48,29 +49,33 @@ def test_every_function_that_takes_lights_is_in_the_sweep():
     )
 
 
-@pytest.mark.parametrize("function, m, name", cells({**CALLS, **RATIOS}, dict.fromkeys(QUICK, 1), {**CALLS, **RATIOS}))
-def test_twice_the_light(function, m, name):
-    lamps = f"a = {made()[name]}; b = {twice(name)}"
-    under = Lit(MATERIALS[m], lamps, {**CALLS, **RATIOS}[function], "(([a], 1.0), ([b], 2.0))")
-    one, two = under.results()
-    if isinstance(one, Refused):
-        assert one == two, f"{under.lines()}\n{one}; {two}"
-        return
-    hold(under, two, [(2.0 if function in CALLS else 1.0) * x for x in one], 1e-12)
+@pytest.mark.slow_because("lights of all classes")
+@pytest.mark.parametrize("cells", cells({**CALLS, **RATIOS}, QUICK, {**CALLS, **RATIOS}))
+def test_twice_the_light(cells):
+    for function, m, name in cells:
+        lamps = f"a = {made()[name]}; b = {twice(name)}"
+        under = Lit(MATERIALS[m], lamps, {**CALLS, **RATIOS}[function], "(([a], 1.0), ([b], 2.0))")
+        one, two = under.results()
+        if isinstance(one, Refused):
+            assert one == two, f"{under.lines()}\n{one}; {two}"
+            continue
+        hold(under, two, [(2.0 if function in CALLS else 1.0) * x for x in one], 1e-12)
 
 
-@pytest.mark.parametrize("function, m, name", cells(CALLS, {"reflected_radiance": 2, "irradiance": 4}, {"render"}))
-def test_two_lights_are_the_sum_of_each(function, m, name):
-    other = NAMES[NAMES.index(name) - 1]
-    lamps = f"a = {made()[name]}; b = {made()[other]}"
-    under = Lit(MATERIALS[m], lamps, CALLS[function], "(([a], 1.0), ([b], 1.0), ([a, b], 1.0))")
-    a, b, both = under.results()
-    if isinstance(a, Refused) or isinstance(b, Refused):
-        assert isinstance(both, Refused), under.lines()
-        return
-    drawn = "FunctionLight" in (name, other) and function in ("render", "turntable")  # points of their own
-    tolerance = 0.5 if drawn else 1e-12 if a[0].dtype == np.float64 else 1e-6
-    hold(under, both, [sum(_as(both, k, x) for x in (a[k], b[k])) for k in range(len(a))], tolerance)
+@pytest.mark.slow_because("lights of all classes")
+@pytest.mark.parametrize("cells", cells(CALLS, {"reflected_radiance": 2, "irradiance": 4}, {"render"}))
+def test_two_lights_are_the_sum_of_each(cells):
+    for function, m, name in cells:
+        other = NAMES[NAMES.index(name) - 1]
+        lamps = f"a = {made()[name]}; b = {made()[other]}"
+        under = Lit(MATERIALS[m], lamps, CALLS[function], "(([a], 1.0), ([b], 1.0), ([a, b], 1.0))")
+        a, b, both = under.results()
+        if isinstance(a, Refused) or isinstance(b, Refused):
+            assert isinstance(both, Refused), under.lines()
+            continue
+        drawn = "FunctionLight" in (name, other) and function in ("render", "turntable")  # points of their own
+        tolerance = 0.5 if drawn else 1e-12 if a[0].dtype == np.float64 else 1e-6
+        hold(under, both, [sum(_as(both, k, x) for x in (a[k], b[k])) for k in range(len(a))], tolerance)
 
 
 def _as(both: Any, k: int, x: np.ndarray) -> np.ndarray:

@@ -46,7 +46,6 @@ CALLS: dict[str, tuple[dict[str, str], ...]] = {
     "reflectance": ({"incident": "wi"}, {"incident": "wi", "collected": CONE}, {}),
     "reflectance_factor": (
         {"incident": "wi", "collected": "wo"},
-        {"incident": "wi", "collected": CONE},
         {"collected": "wo"},
         {"collected": "wo", "sky": "gn.FunctionLight(lambda w: 1.0 + w[..., 0])"},
         {"collected": "wo", "sky": "gn.DistantLight([0.3, 0.0, 1.0], 2.0)"},
@@ -56,7 +55,7 @@ CALLS: dict[str, tuple[dict[str, str], ...]] = {
         {"lights": "gn.FunctionLight(lambda w: 1.0 + w[..., 0])"},
         {"lights": "[gn.DistantLight([0.3, 0.0, 1.0], 2.0), gn.RectangleLight([0, 0, 2], [1, 0, 0], [0, -1, 0])]"},
     ),
-    "repair.through_aperture": ({"detector": "0.05"}, {"detector": "0.05", "source": "0.1"}),
+    "repair.through_aperture": ({"detector": "0.05"},),
 }
 """Other arguments, as Python; a word of `GIVEN` stands for what is there. Several: each is tried."""
 

@@ -17,9 +17,19 @@ import pytest
 from materials import OBEDIENT, Draw
 
 
-def cell(*names: Any, default: bool) -> Any:
-    """Parameters of a case, which is run by default, or else with `full`."""
-    return pytest.param(*names, marks=() if default else pytest.mark.full)
+def grouped(cells: Iterable[tuple[Any, ...]], default: Callable[..., bool]) -> list[Any]:
+    """Parameters, a case for what cells begin with: those of them that are tried by default, or with `full` the others.
+
+    A case costs more than most cells do.
+    """
+    groups: dict[str, list[tuple[Any, ...]]] = {}
+    for cell in cells:
+        full = "" if default(*cell) else "-full"
+        groups.setdefault(f"{cell[0]}{full}", []).append(cell)
+    return [
+        pytest.param(own, id=f"{name}-{len(own)}-cells", marks=pytest.mark.full if name.endswith("-full") else ())
+        for name, own in groups.items()
+    ]
 
 
 def one_in(count: int, *names: str) -> bool:

@@ -25,7 +25,8 @@ def reflected(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any
     """Radiance (..., C) that a light with extent causes towards local wo (..., 3) at world positions (..., 3).
 
     Light from everywhere: the sum of a point of the light and one of the material, by the balance heuristic. A light
-    at a place: points of the light alone, for where it begins and ends nothing can be differentiated.
+    at a place: points of the light alone, for where it begins and ends nothing can be differentiated. Delta lobes see
+    the light in their own direction.
     """
     lib = ops.library(wo)
     u = lib.vectors(lattice(samples), wo)
@@ -34,7 +35,8 @@ def reflected(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any
     drawn_from = light if light.can_sample else _EVERYWHERE
     towards, light_pdf = drawn_from.sample(u, position)
     if light.has_edges:
-        return _mean(_lit(m, light, local, wo, position, towards, 1.0 / light_pdf))
+        total = _mean(_lit(m, light, local, wo, position, towards, 1.0 / light_pdf))
+        return total + _mean(_of_deltas(m, light, local, wo, position, u)) if m.has_delta else total
     towards, light_pdf = ops.stop_gradient(towards), ops.stop_gradient(light_pdf)
     w = ops.stop_gradient(local.to_local(lib, towards))
     both = light_pdf + ops.stop_gradient(m.pdf(w, wo))
@@ -47,16 +49,29 @@ def reflected(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any
     both = pdf + ops.stop_gradient(drawn_from.pdf(towards, position))
     part = _lit(m, light, local, wo, position, towards, ops.where(usable, 1.0 / ops.where(usable, both, 1.0), 0.0))
     total = total + _mean(part)
-    for weight, lobe in m.lobes():
-        if lobe.is_delta:
-            mirrored = wo * lib.vectors(_MIRROR, wo)
-            seen = with_channels(lobe.delta_reflectance(wo), wo.ndim - 1)
-            seen = seen * (lib.convert(weight, wo) if not isinstance(weight, float) else weight)
-            total = total + (seen * light.incident(local.to_world(lib, mirrored), position))[..., 0, :]
-    return total
+    return total + _mean(_of_deltas(m, light, local, wo, position, u)) if m.has_delta else total
 
 
-_MIRROR = np.array([-1.0, -1.0, 1.0])
+def _of_deltas(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any, u: Any) -> Any:
+    """Radiance (..., n, C) by delta lobes: exact, n = 1, of what reflects in front alone; else by samples."""
+    lib = ops.library(wo)
+    if m.sides == "front":
+        total: Any = 0.0
+        for weight, lobe in m.lobes():
+            if lobe.is_delta:
+                mirrored = lobe.sample(wo, lib.vectors(np.zeros(2), wo)).wi
+                seen = with_channels(lobe.delta_reflectance(wo), wo.ndim - 1)
+                seen = seen * (lib.convert(weight, wo) if not isinstance(weight, float) else weight)
+                total = total + seen * light.incident(local.to_world(lib, mirrored), position)
+        return total
+    s = m.sample(wo, u)
+    drawn = with_channels(s.weight, s.wi.ndim - 1)
+    through = (s.wi[..., 2:3] * wo[..., 2:3]) < 0.0
+    across = (with_channels(m.delta_reflectance(wo, x), wo.ndim - 1) for x in (True, False))
+    seen = ops.where(through, *across)
+    known = s.delta[..., None] & (seen > 0.0)
+    times = ops.stop_gradient(ops.where(known, drawn / ops.where(known, seen, 1.0), 0.0))  # one over the probability
+    return seen * times * light.incident(local.to_world(lib, s.wi), position)
 
 
 def _wide(lib: Any, c: Any) -> Any:
@@ -87,8 +102,8 @@ def albedo(m: Reflectance, wi: Any, samples: int) -> Any:
     wo = ops.stop_gradient(s.wi)
     pdf = ops.stop_gradient(m.pdf(wo, w))
     wo, w = lib.broadcast(wo, w)
-    usable = (pdf > 0.0) & ~s.delta
-    weight = ops.where(usable, wo[..., 2] / ops.where(usable, pdf, 1.0), 0.0)
+    usable = (pdf > 0.0) & ~s.delta & (wo[..., 2] * w[..., 2] > 0.0)
+    weight = ops.where(usable, ops.absolute(wo[..., 2]) / ops.where(usable, pdf, 1.0), 0.0)
     f = m.f(wo, w)
     channels = f.ndim > w.ndim - 1
     total = (f * (weight[..., None] if channels else weight)).mean(-2 if channels else -1)

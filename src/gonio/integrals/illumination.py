@@ -96,7 +96,8 @@ def reflected_radiance(
     local_wo = local.to_local(lib, wo)
     for light in lights:
         light.check_position(position)
-        check_channels(m.channels or 1, light, channels_of(light))
+        if m.exchanges or not light.is_delta:
+            check_channels(m.channels or 1, light, channels_of(light))
     glowing = glows(m, lights, widths(m) if m.exchanges and any(map(has_spectra, given)) else None)
     lit = [(m, light) for light in lights] + [(glow, light) for glow, several in glowing for light in several]
     parts = [delta_radiance(x, light, local, local_wo, position) for x, light in lit if light.is_delta]
