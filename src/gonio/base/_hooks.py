@@ -17,9 +17,9 @@ from ..formula.direction import Direction, mirror
 from ..formula.distribution import Spread
 from ..formula.mueller import Mueller
 from ..formula.parametrised import Parametrised
-from ..numerics.quadrature import Integrals
 
 if TYPE_CHECKING:
+    from ..numerics.quadrature import Integrals
     from .reflectance import Reflectance
 
 
