@@ -78,7 +78,7 @@ class Reconstruction:
     log_u          (grid[, C]) standard deviation of ln(f + offset) at the nodes
     notes          what should be known: each a sentence
 
-    Error    of a table 94 to 97 % was within two standard deviations of ln f, of materials left out of a basis without
+    Error    of a table 95 to 97 % was within two standard deviations of ln f, of materials left out of a basis without
              departure; of measured files 84 to 100 % (benchmarks/reconstruction.txt).
 
     Example
