@@ -78,7 +78,7 @@ class Reconstruction:
     log_u          (grid[, C]) standard deviation of ln(f + offset) at the nodes
     notes          what should be known: each a sentence
 
-    Error    of a table 94 to 97 % was within two standard deviations of ln f, of materials left out of a basis without
+    Error    of a table 95 to 97 % was within two standard deviations of ln f, of materials left out of a basis without
              departure; of measured files 84 to 100 % (benchmarks/reconstruction.txt).
 
     Example
@@ -113,10 +113,10 @@ class Reconstruction:
 
     @property
     def stderr(self) -> np.ndarray:
-        """Standard deviations of the coefficients, of their shape; 1 where nothing is known.
+        """Standard deviations of the coefficients, of their shape; 1 where nothing is known, if `widening` is 1.
 
         Example
-        >>> found = gn.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.2]))
+        >>> found = gn.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.05]))
         >>> print((found.stderr <= 1.0).all(), found.stderr.min() < 0.9)
         True True
         """
