@@ -234,6 +234,6 @@ def test_running_out_of_memory_while_a_file_is_read_is_an_error_of_ours(tmp_path
     def full(*args, **more):
         raise MemoryError
 
-    monkeypatch.setattr(sheets.TextSheet, "rows", full)
+    monkeypatch.setattr(sheets.TextSheet, "lines", full)
     with pytest.raises(gn.errors.TooLargeError, match=r"a\.csv: a CSV file that takes more memory than there is"):
         gn.load(path)
