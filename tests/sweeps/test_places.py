@@ -48,8 +48,6 @@ def test_every_function_that_takes_places_is_in_the_sweep():
 @pytest.mark.slow_because("lights of all classes")
 @pytest.mark.parametrize("cells", cells())
 def test_light_is_the_same_in_a_world_that_is_moved(cells):
-    if cells[0][0] in ("radiosity", "render"):
-        pytest.importorskip("embreex")
     for call, motion, light in cells:
         moved = Placed(call, motion, light)
         here, there = moved.results()

@@ -84,7 +84,6 @@ def _as(both: Any, k: int, x: np.ndarray) -> np.ndarray:
 
 
 def test_twice_the_light_of_a_scene():
-    pytest.importorskip("embreex")
     floor, lamp = ([[0, 0, z], [1, 0, z], [1, 1, z], [0, 1, z]] for z in (0.0, 1.0))
     ink = gn.expression(MATERIALS["ink"])
 
