@@ -67,11 +67,11 @@ function tableOf({ rows }) {
   return element(
     "table",
     {},
-    element("thead", {}, element("tr", {}, ["law", "verdict", "measured", "tolerance", "finding"].map((one) => element("th", { scope: "col" }, one)))),
+    element("thead", {}, element("tr", {}, ["law", "verdict", "measured", "tolerance"].map((one) => element("th", { scope: "col" }, one)))),
     element(
       "tbody",
       {},
-      rows.map((row) =>
+      rows.flatMap((row) => [
         element(
           "tr",
           { class: `verdict-${String(row.verdict).replace(/\W+/g, "-")}` },
@@ -79,9 +79,9 @@ function tableOf({ rows }) {
           element("td", { class: "verdict" }, `${SIGNS[row.verdict] ?? "–"} ${row.verdict}`),
           element("td", { class: "number" }, cell(row.measured)),
           element("td", { class: "number" }, cell(row.tolerance)),
-          element("td", {}, [row.finding, row.reason].filter(Boolean).join("; ")),
         ),
-      ),
+        element("tr", {}, element("td", { class: "finding", colspan: "4" }, [row.finding, row.reason].filter(Boolean).join("; "))),
+      ]),
     ),
   );
 }
