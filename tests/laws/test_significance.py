@@ -79,3 +79,12 @@ def test_sound_measurements_fail_no_law(number):
 def test_unsound_measurements_fail(number):
     assert gn.check(unreciprocal(number, 5.0, 0.5)[1], laws=["reciprocity"])["reciprocity"].verdict == "FAIL"
     assert gn.check(too_white(number, 6.0, 0.5)[1], laws=["energy"])["energy"].verdict == "FAIL"
+
+
+@pytest.mark.parametrize("change, verdict", [(0.0, "not significant"), (0.1, "FAIL")])
+def test_along_the_normal_azimuths_differ_by_their_errors_or_by_more(change, verdict):
+    m = sound(SHAPES.index("grid"), 0.0)[1]
+    f = m.brdf().copy()
+    f[0, :, len(m.axes["phi"]) // 2 :] *= 1.0 + change
+    m = gn.Gridded("angles", m.axes, f, uncertainty=m.brdf_uncertainty(), mirrored=m.is_mirrored)
+    assert gn.check(m, laws=["isotropy"])["isotropy"].verdict == verdict

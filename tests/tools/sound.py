@@ -10,7 +10,7 @@ import gonio as gn
 
 SHAPES = ("in-plane rows", "grid", "few rows", "colours", "oriented grid")
 
-LAWS = ("positivity", "reciprocity", "energy", "furnace", "cavity")
+LAWS = ("positivity", "reciprocity", "isotropy", "energy", "furnace", "cavity")
 """Those that uncertainties decide about."""
 
 FLOOR = 2e-4

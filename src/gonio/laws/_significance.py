@@ -223,9 +223,14 @@ def _reciprocity(m: Gridded, law: Law) -> Law:
     pairs = both_ways(m)
     if not len(pairs.f):
         return _decided(law, False, "no pair was measured both ways, the difference is one of interpolation")
+    return _of_pairs(law, pairs, "pairs that were measured both ways")
+
+
+def _of_pairs(law: Law, pairs: BothWays, words: str) -> Law:
+    """The verdict by pairs of values that should be equal; `words` say of what."""
     if pairs.u is None or pairs.u_back is None:
         half = float(np.nanmedian(difference(pairs.f, pairs.back)))
-        text = f"of the {len(pairs.f)} pairs that were measured both ways half differ by more than {half:.2g} of f"
+        text = f"of the {len(pairs.f)} {words} half differ by more than {half:.2g} of f"
         return replace(law, significance=f"{text}; no uncertainty is stated")
     found = [_differing(*one) for one in zip(pairs.f.T, pairs.back.T, pairs.u.T, pairs.u_back.T, strict=True)]
     if not any(channel.n for channel in found):
@@ -236,10 +241,28 @@ def _reciprocity(m: Gridded, law: Law) -> Law:
         2.0 * p < CHANCE and size > EFFECT for p, size in zip(chances, (worst.rms, worst.off), strict=True)
     )
     text = (
-        f"of {len(pairs.f)} pairs that were measured both ways, which differ by {worst.rms:.2g} of f: chi2 "
+        f"of {len(pairs.f)} {words}, which differ by {worst.rms:.2g} of f: chi2 "
         f"{worst.chi2:.4g} of {worst.n}, the largest difference {worst.z:.2g} u, p = {min(1.0, 2.0 * min(chances)):.2g}"
     )
     return _decided(law, significant, text)
+
+
+def _isotropy(m: Gridded, law: Law) -> Law:
+    """Of a table whose angles tell no turn: along the normal, where it has a value for each azimuth."""
+    names = list(m.axes)
+    if law.passed or isinstance(m, Scattered) or names != ["theta_i", "theta_o", "phi"]:
+        return law
+    size = tuple(map(len, m.axes.values()))
+    number = np.arange(math.prod(size)).reshape(size)
+    half = size[2] // 2
+    normal = [np.abs(m.axes[name]) < SAME_PAIR for name in names[:2]]
+    at_pole = number[normal[0][:, None] | normal[1][None, :]]
+    ways = at_pole[:, :half].ravel(), at_pole[:, half : 2 * half].ravel()
+    if not len(ways[0]):
+        return law
+    f, u = _measured(m)
+    pairs = BothWays(*(f[way] for way in ways), *(None if u is None else u[way] for way in ways))
+    return _of_pairs(law, pairs, "pairs of azimuths along the normal")
 
 
 class Differing(NamedTuple):
@@ -319,6 +342,7 @@ def both_ways(m: Gridded) -> BothWays:
 _JUDGES: dict[str, Callable[[Gridded, Law], Law]] = {
     "positivity": _positivity,
     "reciprocity": _reciprocity,
+    "isotropy": _isotropy,
     "energy": _integral(albedo),
     "furnace": _integral(reflectance_factor, Hemisphere()),
     "cavity": _cavity,
