@@ -141,7 +141,7 @@ def test_numbers_are_those_of_gonio(paint):
     assert [x["name"] for x in one["fits"]["nearest"]] == nearest
     assert one["fits"]["exact"] == ["Lambertian() + ABC()"]
     best = one["fits"]["models"][0]
-    assert best["rms"] == pytest.approx(gn.fit(m, gn.expression(best["model"]), "cosine").rms)
+    assert best["rms"] == pytest.approx(gn.fit(m, gn.expression(best["model"])).rms)
     json.dumps(page._finite(one), allow_nan=False)
 
 
@@ -208,6 +208,34 @@ def test_uncertainties_of_a_table_are_those_of_gonio(quick):
     assert len(row["measured"]["views"]) == len(row["measured"]["u"]) == 32
     text = html.page({"title": "t", "gonio": "0", "date": "1", "summary": [], "materials": [one]}, [BLANK])
     assert "848f414f" in text and "no data" in text and "GSP-7" in Read(text).words
+
+
+@pytest.mark.slow_because("a whole report of a measurement, but for pictures and laws")
+def test_fits_of_a_page_are_those_of_its_commands(quick, tmp_path, monkeypatch, capsys):
+    """Of a table that states its uncertainties: the same loss, so the same numbers, and how well they agree."""
+    monkeypatch.setattr(fits, "MODELS", fits.MODELS[:1])
+    monkeypatch.setattr(fits, "nearest", lambda m, count: [])
+    theta_i, theta_o, phi = (
+        x.ravel() for x in np.meshgrid([0.0, 30.0, 60.0], np.arange(0.0, 81.0, 10.0), [0.0, 180.0])
+    )
+    made = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Schlick(0.1))
+    f = made.f_angles(*np.radians([theta_i, 0.0 * phi, theta_o, phi]))
+    u = 0.01 * f + 1e-4
+    f += 4.0 * u * np.sin(np.arange(len(f)))  # u is too small
+    rows = np.stack([theta_i, theta_o, phi, f, u], axis=1)
+    path = tmp_path / "made.csv"
+    path.write_text("theta_i,theta_o,phi,BRDF,u\n" + "\n".join(",".join(map("{:.7g}".format, row)) for row in rows))
+    m = gn.load(path)
+    one = page.data([Subject.of("made", m)])["materials"][0]
+    best = one["fits"]["models"][0]
+    found = gn.fit(m, gn.expression(best["model"]))
+    assert found.loss == best["loss"] == "likelihood"
+    assert [(x["name"], x["value"]) for x in best["parameters"]] == [row[:2] for row in found.rows()]
+    assert best["chi2_per_free"] == pytest.approx(found.cost / found.free) and best["chi2_per_free"] > 4.0
+    line = next(x for x in one["reproduce"]["python"].split("\n") if "gn.fit" in x)
+    exec(line, {"gn": gn, "m": m})
+    printed = capsys.readouterr().out
+    assert all(x["value"] in printed for x in best["parameters"])
 
 
 BLANK = {"spheres": [], "lobes": "", "stills": []}

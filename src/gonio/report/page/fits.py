@@ -72,7 +72,7 @@ def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
             found["exact"].append(text)  # the formula of the material itself
             continue
         try:
-            fits.append((text, fit(m, model, "cosine", starts=None)))
+            fits.append((text, fit(m, model)))
         except Error as error:
             if (reason := _line(error)) not in found["reasons"]:
                 found["reasons"].append(reason)
@@ -86,9 +86,10 @@ def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
 
 
 def _size(of: Fit) -> float:
-    """The root mean square of the values that were fitted [1/sr]."""
+    """The root mean square of the values that were fitted, in the unit of the residuals: 1/sr, or their uncertainty."""
     s = of.problem.samples
-    return float(np.sqrt(np.mean(s.f[s.valid] ** 2)))
+    values = s.f[s.valid] / (s.u[s.valid] if of.loss == "likelihood" and s.u is not None else 1.0)
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _line(error: Error) -> str:
@@ -101,6 +102,7 @@ def _told(text: str, of: Fit) -> dict[str, Any]:
         "found": of.title,
         "loss": of.loss,
         "rms": of.rms,
+        "chi2_per_free": of.cost / max(of.free, 1) if of.loss == "likelihood" else None,
         "values": of.used,
         "parameters": [dict(zip(("name", "value", "remark"), row, strict=True)) for row in of.rows()],
         "by_incidence": [c._asdict() for c in of.by_incidence()],

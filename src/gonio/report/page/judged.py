@@ -59,9 +59,14 @@ class Judged(Told):
         tables = []
         if given["models"]:
             best = given["models"][0]
-            head = ("model", "fitted", f"rms [{self._loss_unit(best['loss'])}]")
+            weighed = best["chi2_per_free"] is not None
+            head = ("model", "fitted", "χ² / degrees of freedom" if weighed else "rms of f cos θᵢ [sr⁻¹]")
             rows = [
-                (f"<code>{escape(x['model'])}</code>", f"<code>{escape(x['found'])}</code>", n(x["rms"], 3))
+                (
+                    f"<code>{escape(x['model'])}</code>",
+                    f"<code>{escape(x['found'])}</code>",
+                    n(x["chi2_per_free"] if weighed else x["rms"], 3),
+                )
                 for x in given["models"]
             ]
             parts.append(table(head, rows))
@@ -94,9 +99,6 @@ class Judged(Told):
             parts += [f'<p class="note">{escape(text)}</p>' for text in given["models"][0]["notes"]]
         parts += [reason(text) for text in given["reasons"]]
         return "".join(parts) + self.remarks("fits")
-
-    def _loss_unit(self, loss: str) -> str:
-        return {"plain": "sr⁻¹", "cosine": "sr⁻¹, of f cos θᵢ", "likelihood": "standard uncertainties"}.get(loss, loss)
 
     def colour(self) -> str:
         """Patches and the spectrum."""
