@@ -24,7 +24,27 @@ def test_a_difference_is_signed_and_told_in_shares_of_the_mean():
     assert found.sigmas is None
     back = gn.difference(gn.Image(b), gn.Image(a))
     np.testing.assert_allclose(back.pixels, -found.pixels)
-    assert "darker" in repr(found) and "brighter" in repr(back)
+    assert "brighter" in repr(found) and "darker" in repr(back)  # by luminance: of blue a 14th
+
+
+def test_brighter_is_by_luminance_not_by_the_mean_of_shares():
+    """A small channel that doubles: 10 % darker to the eye, though the shares of the channels add up to brighter."""
+    a, b = (gn.Image(np.full((4, 4, 3), rgb, np.float32)) for rgb in ((0.8, 0.5, 0.1), (0.72, 0.44, 0.2)))
+    found = gn.difference(a, b)
+    Y = np.array([0.2126, 0.7152, 0.0722])
+    expected = (Y @ [0.72, 0.44, 0.2]) / (Y @ [0.8, 0.5, 0.1]) - 1.0
+    assert found.bias.mean() > 0.2 and found.brighter == pytest.approx(expected, rel=1e-3) and expected < -0.09
+    assert repr(found).startswith("b is 9.9 % darker than a by luminance (R -10.0, G -12.0, B +100.0 %); rms")
+    assert found.of_one_number().mean() / (a.pixels[0, 0] @ Y) == pytest.approx(expected, rel=1e-3)
+
+
+def test_channels_of_other_names_count_by_their_mean_and_must_agree():
+    names = ("450", "550", "650")
+    a, b = (gn.Image(np.full((4, 4, 3), x, np.float32), channels=names) for x in ((0.5, 0.3, 0.2), (0.5, 0.3, 0.4)))
+    assert gn.difference(a, b).brighter == pytest.approx(0.2, rel=1e-5)
+    assert "20.0 % brighter than a by the mean of the channels (450 +0.0," in repr(gn.difference(a, b))
+    with pytest.raises(ParameterError, match="expected the same of both"):
+        gn.difference(a, gn.Image(b.pixels, channels=("X", "Y", "Z")))
 
 
 def test_what_is_transparent_in_both_does_not_count():

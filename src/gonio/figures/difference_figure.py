@@ -12,7 +12,6 @@ import numpy as np
 from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..pictures.colour import LUMINANCE
 from ..pictures.difference import Difference
 from ..pictures.difference import difference as difference_of
 from ..pictures.image import Image
@@ -75,7 +74,7 @@ def difference(
 def _of_pictures(
     found: Difference, path: str | os.PathLike[str] | None, titles: tuple[str, str], exposure: float
 ) -> Figure:
-    one = found.pixels @ LUMINANCE if found.pixels.shape[-1] == 3 else found.pixels.mean(axis=-1)
+    one = found.of_one_number()
     known = np.abs(one[found.inside])
     limit = float(np.quantile(known[np.isfinite(known)], SPAN)) or 1e-6
     height, width = one.shape
@@ -88,8 +87,7 @@ def _of_pictures(
         drawn = axes[2].imshow(shown, cmap=SIGNED, vmin=-limit, vmax=limit, interpolation="nearest")
         axes[2].set_axis_off()
         axes[2].set_title(f"{titles[1]} − {titles[0]}"[:80], parse_math=False)
-        words = "luminance" if found.pixels.shape[-1] == 3 else "mean of the channels"
-        figure.colorbar(drawn, ax=axes[2], shrink=0.8, extend="both", label=words)
+        figure.colorbar(drawn, ax=axes[2], shrink=0.8, extend="both", label=found.measure)
         figure.supxlabel(found.told(*titles)[:160], fontsize=11, parse_math=False)
     return figure
 

@@ -11,17 +11,21 @@ from numpy.typing import NDArray
 from ..arguments import checked
 from ..errors import ParameterError, ShapeError
 from ..notebooks import repr_html
+from .colour import LUMINANCE
 from .image import Image
+
+RGB = ("R", "G", "B")
 
 
 class Difference(NamedTuple):
     """The difference of two pictures, b - a: see `difference`.
 
     `pixels` (H, W, C), signed, of pictures over black; `inside` (H, W): pixels that something is seen in, in either.
-    The numbers are of these: `bias` (C,) is the mean of b over that of a, less 1; `rms` the root mean square over all
-    channels, over the mean of a; `largest` the largest absolute difference, over the same mean, and `place` its row and
-    column; `sigmas` the root mean square of differences in units of their standard error, about 1 where there is
-    nothing but noise, or None where a picture does not know its own.
+    The numbers are of these: `brighter` is the luminance of b over that of a, less 1 (of pictures that are not RGB: the
+    mean of the channels); `bias` (C,) the same of each channel; `rms` the root mean square over all channels, over the
+    mean of a; `largest` the largest absolute difference, over the same mean, and `place` its row and column; `sigmas`
+    the root mean square of differences in units of their standard error, about 1 where there is nothing but noise, or
+    None where a picture does not know its own.
 
     Example
     >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
@@ -33,6 +37,7 @@ class Difference(NamedTuple):
     b: Image
     pixels: NDArray[np.float32]
     inside: NDArray[np.bool_]
+    brighter: float
     bias: NDArray[np.float64]
     rms: float
     largest: float
@@ -50,14 +55,45 @@ class Difference(NamedTuple):
         >>> print(gn.difference(a, b).told("before", "after")[:27])
         after is 10.0 % brighter th
         """
-        mean = float(np.mean(self.bias))
-        word = "brighter" if mean >= 0.0 else "darker"
-        spread = np.ptp(self.bias) > 5e-4
-        each = f" ({', '.join(f'{100.0 * x:+.1f}' for x in self.bias)} %)" if spread and len(self.bias) < 9 else ""
+        word = "brighter" if self.brighter >= 0.0 else "darker"
+        each = ""
+        if np.ptp(self.bias) > 5e-4:
+            names = self.channels if self.channels else [""] * len(self.bias)
+            listed = ", ".join(f"{name} {100.0 * x:+.1f}".strip() for name, x in zip(names, self.bias, strict=True))
+            each = f" by {self.measure}" + (f" ({listed} %)" if len(self.bias) < 9 else "")
         noise = "" if self.sigmas is None else f"; {self.sigmas:.2f} standard errors"
         where = "row {}, column {}".format(*self.place)
         sizes = f"rms {100.0 * self.rms:.1f} %, largest {100.0 * self.largest:.1f} % of the mean ({where})"
-        return f"{b} is {100.0 * abs(mean):.1f} % {word} than {a}{each}; {sizes}{noise}"
+        return f"{b} is {100.0 * abs(self.brighter):.1f} % {word} than {a}{each}; {sizes}{noise}"
+
+    @property
+    def channels(self) -> tuple[str, ...] | None:
+        """The names of the channels, if they are known: R, G and B of three without names."""
+        count = len(self.bias)
+        names = next((x.channels for x in (self.a, self.b) if x.channels and len(x.channels) == count), None)
+        return names or (RGB if count == 3 else None)
+
+    @property
+    def measure(self) -> str:
+        """What `brighter` compares: "luminance", or "the mean of the channels".
+
+        Example
+        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+        >>> print(gn.difference(a, b).measure)
+        luminance
+        """
+        return "luminance" if self.channels == RGB else "the mean of the channels"
+
+    def of_one_number(self) -> NDArray[np.float32]:
+        """The difference (H, W) of what `brighter` compares.
+
+        Example
+        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+        >>> print(gn.difference(a, b).of_one_number()[0, 0].round(3))
+        0.05
+        """
+        one: NDArray[np.float32] = self.pixels @ _weights(self.channels, len(self.bias))
+        return one
 
     def _repr_html_(self) -> str | None:
         return repr_html(self)
@@ -94,6 +130,9 @@ def difference(a: Image, b: Image) -> Difference:
         raise ParameterError("both pictures are transparent throughout; expected something to compare")
     if not np.isfinite(pixels[inside]).all():
         raise ParameterError("a picture holds NaN or infinity; expected numbers: np.nan_to_num(picture.pixels)")
+    if a.channels and b.channels and len(a.channels) == len(b.channels) and a.channels != b.channels:
+        names = f"{', '.join(a.channels):.80}, and {', '.join(b.channels):.80}"
+        raise ParameterError(f"channels are {names}; expected the same of both: Image(b.pixels[..., order], b.alpha)")
     means = [x[inside].mean(axis=0) for x in (one, other)]
     level = float(means[0].mean())
     if not (means[0] > 0.0).all():
@@ -102,9 +141,15 @@ def difference(a: Image, b: Image) -> Difference:
     row, column = divmod(int(np.argmax(np.where(inside, size, -1.0))), size.shape[1])
     rms = math.sqrt(float(np.square(pixels[inside]).mean())) / level
     largest = float(size[row, column]) / level
-    return Difference(
-        a, b, pixels, inside, means[1] / means[0] - 1.0, rms, largest, (row, column), _sigmas(a, b, pixels, inside)
-    )
+    bias = means[1] / means[0] - 1.0
+    found = Difference(a, b, pixels, inside, 0.0, bias, rms, largest, (row, column), _sigmas(a, b, pixels, inside))
+    weights = _weights(found.channels, len(bias)) * means[0]
+    return found._replace(brighter=float(weights @ bias / weights.sum()))
+
+
+def _weights(channels: tuple[str, ...] | None, count: int) -> NDArray[np.float64]:
+    """What channels count in the number by which pictures are brighter."""
+    return LUMINANCE if channels == RGB else np.full(count, 1.0 / count)
 
 
 def _covered(picture: Image) -> NDArray[np.bool_]:
