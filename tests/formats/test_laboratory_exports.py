@@ -462,6 +462,7 @@ SUSPICIOUS = {
 
 
 @pytest.mark.parametrize("name", SUSPICIOUS)
+@pytest.mark.filterwarnings("ignore:.*times the light")
 def test_what_looks_wrong_is_said(tmp_path, name):
     text, says = SUSPICIOUS[name]
     with pytest.warns(MeaningWarning, match=says):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
@@ -89,6 +90,15 @@ class Measured(Reflectance):
             raise ParameterError(f"{type(self).__name__}(about={shown(about)}): {rule}")
         self._hold(path=path, about=immutable(deepcopy(dict(about or {}))))
         super().__init__(**fields)
+
+    def rough_albedo(self) -> float:
+        """The largest share of light that the numbers stand for, roughly, by their own nodes; NaN where it takes more.
+
+        Example
+        >>> print(round(gn.tabulate(gn.Lambertian(0.5), "angles").rough_albedo(), 2))
+        0.5
+        """
+        return math.nan
 
     @property
     def repairs(self) -> tuple[Repair, ...]:

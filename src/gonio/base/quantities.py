@@ -42,6 +42,40 @@ def from_brdf(quantity: str, f: Any, cos_i: Any, cos_o: Any) -> np.ndarray:
     return values
 
 
+APART = 100.0
+"""How far the next number is from one that may stand for a missing value."""
+
+REPEATS = 3
+"""In how many places it stands, at least."""
+
+
+def mark_of_missing(values: np.ndarray, places: Callable[[], np.ndarray]) -> float | None:
+    """A number that repeats exactly and stands decades apart from all others, as programs write for a missing value.
+
+    values   of any shape; places: called for the place (..., k) of each, where there is such a number: what stands in
+             one place counts once, as a peak along the normal that has every azimuth
+    """
+    finite = np.isfinite(values)
+    for extreme, others in ((np.max, np.less), (np.min, np.greater)):
+        lowest_or_highest = -np.inf if extreme is np.max else np.inf
+        mark = float(extreme(values, where=finite, initial=lowest_or_highest))
+        is_mark = values == mark
+        if np.count_nonzero(is_mark) < REPEATS:
+            continue
+        following = float(extreme(values, where=others(values, mark) & finite, initial=lowest_or_highest))
+        if extreme is np.max:
+            is_apart = mark > APART * following > 0.0
+        else:  # a negative number, as large as what was measured, where others are hardly negative
+            measured = values[finite & (values > 0.0)]
+            is_apart = mark < 0.0 < measured.size and following > mark / APART and -mark >= np.median(measured)
+        if is_apart:
+            where, at = places(), np.argwhere(is_mark)
+            distinct = np.unique(where[tuple(at[:, : where.ndim - 1].T)].round(9) + 0.0, axis=0)
+            if len(distinct) >= REPEATS:
+                return mark
+    return None
+
+
 def suspect_units(quantity: str, values: np.ndarray, channels: Sequence[str | float] | None) -> None:
     """Warns of reflectance factors that look like percent, and of wavelengths that look like micrometres."""
     held = values[np.isfinite(values)]

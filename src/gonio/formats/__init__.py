@@ -34,7 +34,7 @@ from ..errors import FluorescenceWarning, FormatError, NotFoundError, ParameterE
 from ..formula.state import freeze
 from ..models.sheet import Sheet
 from ..pictures.image import SUFFIXES as PICTURES
-from . import _options, _sides
+from . import _options, _sides, _suspected
 from ._reading import pipes, plain_text, strangers
 
 HEAD = 4096
@@ -106,6 +106,7 @@ def _loaded(
             part = provenance.noted(part, facts)
             part = part if source == path else part.with_notes(path=str(path))
             freeze(vars(part))
+            _suspected.warn_of(part, path, "missing" in options)
             return part
 
         return _sides.with_notes(m, known)

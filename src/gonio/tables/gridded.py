@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -24,6 +25,9 @@ from .drawing import KINDS
 
 if TYPE_CHECKING:
     import xarray
+
+INCIDENCES, OBLIQUE = 5, math.radians(75.0)
+"""Angles of incidence of a rough albedo, and the largest: beyond, noise is divided by a small cosine."""
 
 
 class Gridded(Interpolated):
@@ -227,6 +231,45 @@ class Gridded(Interpolated):
         [0.002 0.002 0.002 0.002]
         """
         return None if self.uncertainty is None else self._as_brdf(self.uncertainty)
+
+    def rough_albedo(self) -> float:
+        """The largest albedo at some angles of incidence, by the trapezoidal rule between the nodes.
+
+        Of grids of polar angles and azimuths. Angles without a value count as black.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8], "theta_o": np.linspace(0.0, np.pi / 2.0, 10), "phi": [0.0, np.pi]}
+        >>> m = gn.Gridded("angles", axes, np.full((2, 10, 2), 0.25), mirrored=True)
+        >>> print(round(m.rough_albedo(), 2))
+        0.78
+        """
+        if self.parameterisation != "angles":
+            return math.nan
+        theta_i, theta_o, *azimuths = self.axes
+        count = max(1, np.count_nonzero(self.axes[theta_i] <= OBLIQUE))
+        some = np.unique(np.linspace(0, count - 1, INCIDENCES).astype(int))
+        one = [slice(1)] * (len(azimuths) - 1)  # of the sample's orientations
+        axes = {**self.axes, theta_i: self.axes[theta_i][some]}
+        axes |= {name: axes[name][at] for name, at in zip(azimuths, one, strict=False)}
+        wi, wo = self.system.directions(axes)
+        stored = self.stored[(some, slice(None), *one)].reshape(*wi.shape[:-1], self.width)
+        f = np.nan_to_num(to_brdf(self.quantity, stored, wi[..., 2:], wo[..., 2:]), posinf=0.0, neginf=0.0)
+        phi = self.axes[azimuths[-1]]
+        mean = (f * self._shares(phi)[:, None]).sum(axis=-2).reshape(len(some), -1, self.width)
+        polar = self.axes[theta_o]
+        y = mean * (np.sin(polar) * np.maximum(np.cos(polar), 0.0))[:, None]
+        total = 2.0 * math.pi * (0.5 * (y[:, 1:] + y[:, :-1]) * np.diff(polar)[:, None]).sum(axis=1)
+        return float(total.max())
+
+    def _shares(self, phi: np.ndarray) -> np.ndarray:
+        """The share of a turn that each azimuth stands for."""
+        if self.is_mirrored:
+            edges = np.concatenate([[0.0], 0.5 * (phi[1:] + phi[:-1]), [math.pi]])
+        else:
+            period = next(iter(self.periods.values()), 2.0 * math.pi)
+            middle = 0.5 * (np.append(phi, phi[0] + period)[1:] + phi)
+            edges = np.concatenate([[middle[-1] - period], middle])
+        return np.diff(edges) / (edges[-1] - edges[0])
 
     def with_brdf(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **about: Any) -> Gridded:
         """The same grid with other f [1/sr] at its nodes, stored in the same quantity; `about` is added to its own.

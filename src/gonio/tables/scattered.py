@@ -129,6 +129,19 @@ class Scattered(Gridded):
         off = off[np.isfinite(off)]
         return Residual(float(np.sqrt(np.mean(off**2))), float(off.max())) if off.size else Residual(math.nan, math.nan)
 
+    def rough_albedo(self) -> float:
+        """The albedo of a matt surface as bright as nine tenths of the rows are at least: most scans are of peaks.
+
+        Example
+        >>> theta_o = np.linspace(0.0, 1.4, 15)
+        >>> m = gn.Scattered(np.full(15, 0.5), np.zeros(15), theta_o, np.full(15, np.pi), np.full(15, 0.1))
+        >>> print(round(m.rough_albedo(), 2))
+        0.31
+        """
+        f = self.row_brdf()[0]
+        f = f[np.isfinite(f)]
+        return math.pi * float(np.quantile(f, 0.1)) if f.size else math.nan
+
     def _replaced(self, grouped: dict[str, Any]) -> Self:
         """A copy with other fields; another `outside` needs another grid."""
         if grouped.get("outside", self.outside) == self.outside:

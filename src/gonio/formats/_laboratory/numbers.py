@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from ...base.quantities import mark_of_missing
 from ...errors import FormatError
 from .._reading import plain_text
 from .layout import MISSING, Layout, is_data, is_numeric, trimmed
@@ -242,20 +243,26 @@ def _cure(word: str, decimal: str) -> str:
     return f"; if it stands for a missing value say missing={word[:20]!r}"
 
 
-def without_marks(path: object, layout: Layout, found: Numbers, k: int, missing: Sequence[str]) -> np.ndarray:
+def without_marks(
+    path: object, layout: Layout, found: Numbers, k: int, missing: Sequence[str], places: Callable[[], np.ndarray]
+) -> np.ndarray:
     """A column with NaN for the numbers among `missing`.
 
-    Raises FormatError where it holds another number that programs write for a missing value.
+    Raises FormatError where it holds another number that programs write for a missing value, or, if nothing is said of
+    any, one that repeats and stands decades apart. `places`: those of the rows, see `mark_of_missing`.
     """
     column = found.columns[k]
     stated = [float(word) for word in missing if plain_text.is_number(word)]
     if stated:
         column = np.where(np.isin(column, stated), np.nan, column)
-    for mark in MARKS:
+    apart = None if missing else mark_of_missing(column, places)
+    for mark in MARKS if apart is None else (*MARKS, apart):
         at = np.flatnonzero(column == mark)
         if len(at):
+            or_not = "" if mark in MARKS else ", decades apart from all others"
+            cure = f"say missing={mark:g}" + ("" if mark in MARKS else ", or missing='' if it was measured")
             raise FormatError(
                 f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r:.60}, in {len(at)} "
-                f"rows: is it the mark of a missing value? say missing={mark:g}"
+                f"rows{or_not}: is it the mark of a missing value? {cure}"
             )
     return column

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -75,7 +76,7 @@ class _Table:
     def understood(self) -> Understood:
         """The table, all decided."""
         angles, in_radians = self._angles()
-        values = self._values()
+        values = self._values(lambda: places(angles))
         columns = [self.columns[k] for k in sorted(self.columns)]
         for key, x in self.meanings.constants.items():
             words, unit = ("wavelength", "nm") if key == WAVELENGTH else (f"{key}: {_short(key)}", "deg")
@@ -176,18 +177,18 @@ class _Table:
 
     # Values.
 
-    def _values(self) -> dict[tuple[str, bool, str], np.ndarray]:
-        """Values and standard uncertainties by quantity and channel, in units of 1."""
+    def _values(self, at: Callable[[], np.ndarray]) -> dict[tuple[str, bool, str], np.ndarray]:
+        """Values and standard uncertainties by quantity and channel, in units of 1; `at`: places of the rows."""
         values: dict[tuple[str, bool, str], np.ndarray] = {}
         places = [k for k, of in self.of.items() if of.key == VALUE]
         for k in places:
-            of, column = self.of[k], self._marked(k)
+            of, column = self.of[k], self._marked(k, at)
             values[of.quantity, False, of.channel] = column * 0.01 if of.unit == "%" else column
             words = f"values: {_IN_WORDS[of.quantity]}{f', channel {of.channel}' if of.channel else ''}"
             self.columns[k] = _column(self.names[k], words, _value_unit(of), column)
         for k in [k for k, of in self.of.items() if of.key == UNCERTAINTY]:
             left = self._value_of(k, places)
-            value, column = self.of[left], self._marked(k)
+            value, column = self.of[left], self._marked(k, at)
             if (value.quantity, True, value.channel) in values:
                 raise self.meanings.fault(
                     f"column {self.names[k]!r:.60} is a second uncertainty of {self.names[left]!r:.60}, "
@@ -200,8 +201,8 @@ class _Table:
             self.columns[k] = _column(self.names[k], words, unit, column)
         return values
 
-    def _marked(self, k: int) -> np.ndarray:
-        return without_marks(self.path, self.layout, self.numbers, k, self.said.marks)
+    def _marked(self, k: int, at: Callable[[], np.ndarray]) -> np.ndarray:
+        return without_marks(self.path, self.layout, self.numbers, k, self.said.marks, at)
 
     def _value_of(self, k: int, places: list[int]) -> int:
         """The column of values that an uncertainty belongs to: of its channel, else the next on its left."""
@@ -250,6 +251,13 @@ class _Table:
                 f"coverage=1 for a standard uncertainty, coverage=2 for U (k = 2)"
             )
         return factor
+
+
+def places(angles: dict[str, np.ndarray]) -> np.ndarray:
+    """What tells the rows' places apart (rows, k): angles, without azimuths along the normal."""
+    polar = [angles[name] for name in angles if name.startswith("theta")]
+    tilted = np.logical_and.reduce([theta != 0.0 for theta in polar]) if polar else True
+    return np.stack([x * tilted if name.startswith("phi") else x for name, x in angles.items()], axis=-1)
 
 
 _DEGREES = {"rad": math.degrees(1.0), "mrad": math.degrees(1e-3)}

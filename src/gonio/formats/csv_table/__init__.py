@@ -61,7 +61,8 @@ A laboratory's export may have lines about the instrument above the names and te
 names, `theta_i (deg)`, or in a line below them, and other names: `AOI`, `theta_r`, `SZA`, `dphi`, `BRDF [1/sr]`,
 `BRDF 550 nm`, `R [%]`, `lambda (um)`, `u`, `U(k=2)`, `std. dev.`; UTF-8, UTF-16, Latin-1. A unit in a name decides the
 unit; cells such as `n/a` and `-` are missing values. What is unknown or has two readings is refused, with the option
-that decides.
+that decides; so is a number that repeats exactly and stands decades apart from all others: `missing=32767`, or
+`missing=''` where it was measured.
 `about["columns"]`, `about["text"]` and `about["understood"]` keep what was understood.
 [Your own measurement](your-own-measurement.md) shows how.
 """

@@ -175,6 +175,9 @@ class Klems(Cellwise):
         """
         return np.tensordot(self.outgoing.solid_angles, self.values, axes=(0, 0))
 
+    def rough_albedo(self) -> float:
+        return float(np.nanmax(self.hemispherical_totals(), initial=0.0))
+
     def _keep(self) -> dict[str, Fixed]:
         kept, values = super()._keep(), self.values
         del kept["values"]

@@ -126,6 +126,14 @@ class TensorTree(Cellwise):
         }
         return xarray.Dataset(variables, attrs={"quantity": self.quantity, "source": self.path})
 
+    def rough_albedo(self) -> float:
+        """Of light from everywhere: the mean over the unit cube, whose cells are as large as they count."""
+        totals = []
+        for tree in self.trees[:1] if self.colour else self.trees:
+            nodes, _, sides = tree_nodes.leaf_places(tree)
+            totals.append(math.pi * float(np.nansum(tree.values[nodes] * sides**tree.dimensions)))
+        return max(totals)
+
     def _keep(self) -> dict[str, Fixed]:
         kept = super()._keep()
         solid = np.full(4**self._fineness, math.pi / 4**self._fineness)
