@@ -58,21 +58,29 @@ if hasattr(os, "register_at_fork"):
 @contextlib.contextmanager
 def held(path: Path) -> Iterator[IO[bytes]]:
     """A file, made where there is none, that no other run holds meanwhile: whoever comes later waits, and the system
-    frees those of killed ones. Not on Windows, nor where a file system has no locks."""
+    frees those of killed ones. It goes if it is empty in the end. Not on Windows, nor where a file system has no locks."""
     while True:
         with path.open("a+b") as file:
             if fcntl is not None:
-                try:
+                with contextlib.suppress(OSError):  # the file system has none
                     _lock(file, path)
-                except OSError:  # the file system has none
-                    pass
-            if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):  # its holder may remove it
-                _HELD.add(file)
-                try:
-                    yield file
-                finally:
-                    _HELD.discard(file)
-                return
+            if not _is_at(file, path):  # its last holder removed it
+                continue
+            _HELD.add(file)
+            try:
+                yield file
+            finally:
+                if not os.fstat(file.fileno()).st_size and _is_at(file, path):
+                    path.unlink()
+                _HELD.discard(file)
+            return
+
+
+def _is_at(file: IO[bytes], path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    except FileNotFoundError:
+        return False
 
 
 def _lock(file: IO[bytes], path: Path) -> None:

@@ -90,12 +90,11 @@ def fit_map_chunks(
     store = Path(output)
     if store.exists():
         work.marks(store)  # nobody waits who will be refused
-    with held(target(unfinished := store.with_name(store.name + ".unfinished"))):
+    with held(target(store.with_name(store.name + ".unfinished"))):
         if not store.exists():
             with replacing_folder(store, lambda _: "has appeared meanwhile") as new:
                 work.prepare(new)
         work.fit_into(store, scheduler, progress)
-        unfinished.unlink(missing_ok=True)
     return _opened(store).drop_vars(DONE)
 
 
