@@ -51,14 +51,21 @@ def beside(path: str | os.PathLike, folder: Path) -> Iterator[Path]:
 
 _HELD: set[IO[bytes]] = set()
 """Files that are held. A fork does not hold them, so that they are free when the process that does is killed."""
+
+
+def _let_go() -> None:
+    for file in _HELD:
+        os.close(file.fileno())
+
+
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=lambda: [os.close(file.fileno()) for file in _HELD])
+    os.register_at_fork(after_in_child=_let_go)
 
 
 @contextlib.contextmanager
 def held(path: Path) -> Iterator[IO[bytes]]:
     """A file, made where there is none, that no other run holds meanwhile: whoever comes later waits, and the system
-    frees those of killed ones. It goes if it is empty in the end. Not on Windows, nor where a file system has no locks."""
+    frees those of killed ones. It goes if it is empty in the end. Without locks, as on Windows, nobody waits."""
     while True:
         with path.open("a+b") as file:
             if fcntl is not None:

@@ -81,8 +81,7 @@ def _pieces(value: Any, within: tuple[int, ...]) -> Iterator[tuple[str, Any]]:
         yield from _of_array(np.asarray(value), within)
     elif isinstance(value, File):
         yield "files", b""
-        for name, digest in value.pieces():
-            yield name, digest
+        yield from value.pieces()
     elif isinstance(value, Fixed):
         yield from _of_array(value.numbers, within)
     elif id(value) in within:
@@ -113,7 +112,7 @@ def _taken_apart(value: Any) -> tuple[str, Any]:
         held = content(value)
         return "value", (held.structure, held.leaves, held.tables, list(_notes(value)))
     if isinstance(value, Mapping):
-        return "mapping", [pair for pair in sorted(value.items(), key=lambda pair: repr(pair[0]))]
+        return "mapping", sorted(value.items(), key=lambda pair: repr(pair[0]))
     if isinstance(value, Set):
         return "set", sorted(identity(x) for x in value)
     if isinstance(value, (tuple, list)):

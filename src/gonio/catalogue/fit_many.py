@@ -214,7 +214,8 @@ def _jobs(
     named: Mapping[str, Any], models: Mapping[str, Reflectance], options: dict[str, Any], theta_max: float
 ) -> tuple[list[_Job], dict[str, tuple[str, str]]]:
     """The jobs, and material and model of the keys of all rows in order."""
-    jobs, order = [], {}
+    jobs: list[_Job] = []
+    order: dict[str, tuple[str, str]] = {}
     how = {name: identity(m, options, theta_max) for name, m in models.items()}
     for name, source in named.items():
         content = _content(source)

@@ -63,7 +63,7 @@ def fit_map_chunks(
     or DataArrays with the axes `observation`, "xyz" and those of texels. `u`: as f, or a number.
     Without `output` nothing is computed yet: the variables are arrays of Dask. With it, a Zarr store, chunks are fitted
     on the `scheduler` (see `fit_many`) and each is written when it is done. A run that was stopped goes on with those
-    that are not, or were lost or damaged since. What went into those that are done is compared, number by number; raises
+    that are not, or were lost or damaged since. What went into those that are done is compared, number by number:
     ParameterError where it is something else now. A second run into the same store waits for the first.
     `progress`: called with the numbers of texels that are done and of all.
 
@@ -328,7 +328,16 @@ class _Map:
                 (x,) = dask.optimize(x)
             parts.append(x)
         f, wi, wo, u = parts
-        whole = os.path.abspath(store), region, tuple(at.values()), (wi, wo, f, u), bool(self.channel), self.how, self.kinds, mark
+        whole = (
+            os.path.abspath(store),
+            region,
+            tuple(at.values()),
+            (wi, wo, f, u),
+            bool(self.channel),
+            self.how,
+            self.kinds,
+            mark,
+        )
         if not is_far:
             return whole
         import cloudpickle
