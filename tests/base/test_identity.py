@@ -38,7 +38,7 @@ def doubled(scale):
     return lambda w: 2.0 * scale * w[..., 2]
 
 
-class Paint(Reflectance):
+class _Paint(Reflectance):
     """Paint of one albedo."""
 
     rho = param(0.5, 0.0, 1.0, "albedo")
@@ -90,19 +90,19 @@ def test_the_same_numbers_are_the_same_work(tmp_path):
 
 def test_a_formula_of_a_user_counts_by_its_code():
     """In another process it is the same; with another formula, or another bound, another."""
-    before = identity(Paint(0.3))
-    code = "import sys; sys.path[:0] = sys.argv[1:]; import test_identity as t; print(t.identity(t.Paint(0.3)))"
+    before = identity(_Paint(0.3))
+    code = "import sys; sys.path[:0] = sys.argv[1:]; import test_identity as t; print(t.identity(t._Paint(0.3)))"
     folders = [os.path.dirname(__file__), *filter(None, sys.path)]
     done = subprocess.run([sys.executable, "-c", code, *folders], capture_output=True, text=True, check=True)
-    assert Paint.__module__ == "test_identity" and done.stdout.strip() == before
-    scope = {**globals(), "__name__": Paint.__module__}
+    assert _Paint.__module__ == "test_identity" and done.stdout.strip() == before
+    scope = {**globals(), "__name__": _Paint.__module__}
     for old, new in (("self.rho /", "2.0 * self.rho /"), ("1.0, ", "0.9, ")):
-        text = 'class Paint(Reflectance):\n    "Paint."\n    rho = param(0.5, 0.0, 1.0, "albedo")\n\n'
+        text = 'class _Paint(Reflectance):\n    "Paint."\n    rho = param(0.5, 0.0, 1.0, "albedo")\n\n'
         text += "    def formula(self, wi, wo):\n        return self.rho / np.pi\n"
         exec(text, scope)
-        same = identity(scope["Paint"](0.3))
+        same = identity(scope["_Paint"](0.3))
         exec(text.replace(old, new), scope)
-        assert identity(scope["Paint"](0.3)) != same
+        assert identity(scope["_Paint"](0.3)) != same
 
 
 def test_files_count_by_their_bytes(tmp_path):

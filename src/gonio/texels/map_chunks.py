@@ -2,8 +2,8 @@
 
 Arrays of numbers are no part of what is sent to workers: they read their chunk from where Dask would, and write their
 part of the result. What is written last is the mark of a chunk, in the array `done`: hashes of the numbers that went
-into its fits, and of those that came out. A later run reads both again. Where other numbers go in now, it is another
-work, and refused; where others are there than came out, or none, the chunk is fitted again.
+into its fits, and of the files that came out. A later run reads both again. Where other numbers go in now, it is another
+work, and refused; where the files are not those that came out, the chunk is fitted again.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 import os
 import pickle
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -249,7 +249,7 @@ class _Map:
         for name, as_made in arrays.items():
             try:
                 same = (group[name].shape, str(group[name].dtype)) == (as_made["shape"], as_made["dtype"])
-            except Exception:  # of libraries that read what is damaged
+            except BROKEN:
                 same = False
             if not same:
                 (store / name / "zarr.json").unlink(missing_ok=True)
@@ -276,7 +276,14 @@ class _Map:
         if found != self.identity:
             what = "another model, of other options, directions or uncertainties, of another map, or by another version"
             raise ParameterError(f"{store}: holds fits of {what} of gonio; choose another name")
-        return {region: _mark_of(group, region) for region in itertools.product(*map(range, self.counts))}
+        every = list(itertools.product(*map(range, self.counts)))
+        try:
+            found = group[DONE]
+            with suppress(*BROKEN):  # read at once where none is damaged
+                found = found[...]
+        except BROKEN:
+            return dict.fromkeys(every)
+        return {region: _mark_of(found, region) for region in every}
 
     def fit_into(self, store: Path, scheduler: Any, progress: Callable[[int, int], None] | None) -> None:
         """Fit all chunks that are not done, after all that are have been looked at."""
@@ -351,17 +358,27 @@ class _Map:
         return sent
 
 
-def _mark_of(group: Any, region: Region) -> tuple[int, ...] | None:
+BROKEN = (OSError, ValueError, RuntimeError, TypeError, LookupError)
+"""What Zarr and its libraries raise where a store is damaged."""
+
+
+def _mark_of(marks: Any, region: Region) -> tuple[int, ...] | None:
     """The mark of a chunk; None where there is none, or what there is was cut off by a kill."""
     try:
-        mark = tuple(map(int, group[DONE][region]))
-    except Exception:  # of libraries that read what is damaged
+        mark = tuple(map(int, marks[region]))
+    except BROKEN:
         return None
     return mark if any(mark) else None
 
 
-def _hash(*arrays: Any) -> int:
-    return int(identity(*arrays)[:16], 16)
+def _hash(*parts: Any) -> int:
+    return int(identity(*parts)[:16], 16)
+
+
+def _stored(store: str, names: Iterable[str], region: Region) -> int:
+    """A hash of the files of a chunk; of numbers that are all NaN there is none."""
+    files = [Path(store, name, "c", *map(str, region)) for name in names]
+    return _hash(*(file.read_bytes() if file.exists() else None for file in files))
 
 
 def _unpacked(job: Any) -> Any:
@@ -377,15 +394,12 @@ KEPT, CHANGED, LOST = "kept", "changed", "lost"
 
 def _look(job: Any) -> str:
     """What has become of a chunk that was done, in any process."""
-    import zarr
-
-    store, _, places, arrays, _, _, kinds, (went_in, came_out) = _unpacked(job)
+    store, region, _, arrays, _, _, kinds, (went_in, came_out) = _unpacked(job)
     if _hash(*arrays) != went_in:
         return CHANGED
     try:
-        group: Any = zarr.open_group(store, mode="r")
-        return KEPT if _hash(*(group[name][places] for name in kinds)) == came_out else LOST
-    except Exception:  # of libraries that read what is damaged
+        return KEPT if _stored(store, kinds, region) == came_out else LOST
+    except OSError:  # it cannot be read, and perhaps be written
         return LOST
 
 
@@ -397,12 +411,11 @@ def _fit_chunk(job: Any) -> None:
     found = _fit(wi, wo, f, u, coloured, how)
     of = {**found.values, **{f"{name}.stderr": x for name, x in found.stderr.items()}}
     of |= {name: getattr(found, name) for name in ("rms", "used", "flags")}
-    came_out = {name: np.asarray(of[name], kind) for name, kind in kinds.items()}
     with _written(store):
         group: Any = zarr.open_group(store, mode="r+")
-        for name, numbers in came_out.items():
-            group[name][places] = numbers
-        group[DONE][region] = np.array([_hash(wi, wo, f, u), _hash(*came_out.values())], np.uint64)
+        for name in kinds:
+            group[name][places] = of[name]
+        group[DONE][region] = np.array([_hash(wi, wo, f, u), _stored(store, kinds, region)], np.uint64)
 
 
 @contextmanager
