@@ -22,11 +22,12 @@ from .fit_table import FAILED, FITTED, REFUSED, Row, journal_of, journal_path, o
 
 
 class _Job(NamedTuple):
-    """A material, its identity, and what is fitted to it: name of the model -> (model, key of the row)."""
+    """A material, what tells that its file has changed, and what is fitted to it: name of the model -> (model, key of
+    the row)."""
 
     name: str
     source: Any
-    content: str
+    stamp: Any
     models: dict[str, tuple[Reflectance, str]]
     options: dict[str, Any]
     theta_max: float
@@ -218,12 +219,12 @@ def _jobs(
     order: dict[str, tuple[str, str]] = {}
     how = {name: identity(m, options, theta_max) for name, m in models.items()}
     for name, source in named.items():
-        content = _content(source)
+        stamp, content = _stamp(source), _content(source)
         keyed = {model: (m, identity(name, content, model, how[model])[:24]) for model, m in models.items()}
         order |= {key: (name, model) for model, (_, key) in keyed.items()}
         if isinstance(source, Path):
             source = Path(os.path.abspath(source))
-        jobs.append(_Job(name, source, content, keyed, options, theta_max))
+        jobs.append(_Job(name, source, stamp, keyed, options, theta_max))
     return jobs, order
 
 
@@ -235,6 +236,17 @@ def _content(source: Any) -> str:
         return identity(File(source))
     except (OSError, ValueError):
         return ""
+
+
+def _stamp(source: Any) -> Any:
+    """Sizes and times of the files of a source: they tell changes while a run lasts, and nothing else."""
+    if not isinstance(source, Path):
+        return None
+    try:
+        files = sorted(source.rglob("*")) if source.is_dir() else [source]
+        return [(status.st_size, status.st_mtime_ns) for status in map(os.stat, files)]
+    except (OSError, ValueError):
+        return None
 
 
 def _left(job: _Job, rows: Mapping[str, Row]) -> dict[str, tuple[Reflectance, str]]:
@@ -258,7 +270,7 @@ def _rows(job: _Job) -> list[Row]:
         if isinstance(source, (str, Path)):
             source = load(source) if isinstance(source, Path) else material(source)
         data = samples(source, job.theta_max)
-        if isinstance(job.source, Path) and _content(job.source) != job.content:
+        if _stamp(job.source) != job.stamp:
             raise OSError("changed after the run began; the next one fits it")
     except Exception as error:
         return [_row(job, name, _status(error), _told(error)) for name in job.models]

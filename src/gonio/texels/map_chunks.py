@@ -2,8 +2,8 @@
 
 Arrays of numbers are no part of what is sent to workers: they read their chunk from where Dask would, and write their
 part of the result. What is written last is the mark of a chunk, in the array `done`: hashes of the numbers that went
-into its fits, and of the files that came out. A later run reads both again. Where other numbers go in now, it is another
-work, and refused; where the files are not those that came out, the chunk is fitted again.
+into its fits, and of the files that came out. A later run reads both again. Where other numbers go in now, it is
+another work, and refused; where the files are not those that came out, the chunk is fitted again.
 """
 
 from __future__ import annotations
@@ -278,12 +278,12 @@ class _Map:
             raise ParameterError(f"{store}: holds fits of {what} of gonio; choose another name")
         every = list(itertools.product(*map(range, self.counts)))
         try:
-            found = group[DONE]
+            marks: Any = group[DONE]
             with suppress(*BROKEN):  # read at once where none is damaged
-                found = found[...]
+                marks = marks[...]
         except BROKEN:
             return dict.fromkeys(every)
-        return {region: _mark_of(found, region) for region in every}
+        return {region: _mark_of(marks, region) for region in every}
 
     def fit_into(self, store: Path, scheduler: Any, progress: Callable[[int, int], None] | None) -> None:
         """Fit all chunks that are not done, after all that are have been looked at."""
