@@ -217,6 +217,16 @@ def test_processes_give_the_same_and_survive_a_kill(folder, count):
             os.kill(pid, 0)
 
 
+@pytest.mark.full
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_a_client_of_dask_computes_too(folder):
+    distributed = pytest.importorskip("distributed")
+    here = gn.fit_many(folder, {"matt": MODELS["matt"]})
+    with distributed.Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as client:
+        there = gn.fit_many(folder, {"matt": MODELS["matt"]}, scheduler=client)
+    assert np.allclose(here["rho"], there["rho"], rtol=1e-12, equal_nan=True)
+
+
 def test_the_folder_of_the_command_line(folder, tmp_path):
     table, told = many.fit_folder(folder, ["Lambertian()"], tmp_path / "fits.csv")
     assert len(table) == 5 and told.endswith("5 rows, 4 fitted, 1 refused")
