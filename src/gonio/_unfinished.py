@@ -1,4 +1,5 @@
-"""Private folders in which files are made before they take their place, and the sweeping of those of killed writers.
+"""Private folders in which files are made before they take their place, and the sweeping of those of killed writers;
+files that one run holds at a time.
 
 A folder is called `.gonio-unfinished-` and 16 digits, and holds a file that its writer keeps locked. The next writer to
 the same place removes the user's own folders that nobody has locked. Where a file system has no locks, as some on
@@ -18,8 +19,9 @@ import time
 from collections.abc import Iterator
 from io import FileIO
 from pathlib import Path
+from typing import IO
 
-from .errors import NotFoundError
+from .errors import NotFoundError, WaitingWarning, warn
 
 try:
     import fcntl
@@ -45,6 +47,55 @@ def beside(path: str | os.PathLike, folder: Path) -> Iterator[Path]:
             yield place
         finally:
             _remove(place)
+
+
+_HELD: set[IO[bytes]] = set()
+"""Files that are held. A fork does not hold them, so that they are free when the process that does is killed."""
+
+
+def _let_go() -> None:
+    for file in _HELD:
+        os.close(file.fileno())
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_let_go)
+
+
+@contextlib.contextmanager
+def held(path: Path) -> Iterator[IO[bytes]]:
+    """A file, made where there is none, that no other run holds meanwhile: whoever comes later waits, and the system
+    frees those of killed ones. It goes if it is empty in the end. Without locks, as on Windows, nobody waits."""
+    while True:
+        with path.open("a+b") as file:
+            if fcntl is not None:
+                with contextlib.suppress(OSError):  # the file system has none
+                    _lock(file, path)
+            if not _is_at(file, path):  # its last holder removed it
+                continue
+            _HELD.add(file)
+            try:
+                yield file
+            finally:
+                if not os.fstat(file.fileno()).st_size and _is_at(file, path):
+                    path.unlink()
+                _HELD.discard(file)
+            return
+
+
+def _is_at(file: IO[bytes], path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _lock(file: IO[bytes], path: Path) -> None:
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        warn(f"{path}: another run writes to its place; this one goes on when that has ended", WaitingWarning)
+        fcntl.flock(file, fcntl.LOCK_EX)
 
 
 def _made(folder: Path) -> tuple[Path, FileIO]:

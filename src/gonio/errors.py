@@ -130,6 +130,10 @@ class EngineError(Error, RuntimeError):
     """Nothing can be compiled here; formulas still run on arrays."""
 
 
+class WorkerError(Error, RuntimeError):
+    """A process that computed something ended before it was done."""
+
+
 class TooLargeError(Error, MemoryError):
     """A result would not fit into this machine's memory."""
 
@@ -160,6 +164,10 @@ class FluorescenceWarning(UserWarning):
 
 class EngineWarning(UserWarning):
     """Results take longer than necessary: formulas are not compiled, or compiled ones are not kept on disk."""
+
+
+class WaitingWarning(UserWarning):
+    """A call goes on when another run, which writes to the same place, has ended."""
 
 
 _SAID: ContextVar[set[str] | None] = ContextVar("said", default=None)

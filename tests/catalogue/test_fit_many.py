@@ -13,6 +13,7 @@ import pytest
 
 import gonio as gn
 from gonio.catalogue import fit_many as many
+from gonio.catalogue import fit_table
 from gonio.fitting.cluster import ENVIRONMENT, workers
 
 MODELS = {"matt": gn.Lambertian(), "rough": gn.OrenNayar()}
@@ -56,9 +57,97 @@ def test_a_resumed_run_computes_nothing_twice(folder, tmp_path, suffix, monkeypa
     more = gn.fit_many(folder, MODELS, output=output)
     assert len(asked) == 10 and all(models == ("rough",) for _, *models in asked[5:] for models in [tuple(models)])
     assert list(more[more["model"] == "matt"]["rho"].dropna()) == list(first["rho"].dropna())
-    os.utime(folder / "m2.json", (1.0, 1.0))
+    for k in range(3):  # the same numbers, written again, and what cannot be read: other bytes of it
+        os.utime(folder / f"m{k}.json", (1.0, 1.0))
+    (folder / "bad.json").write_text("[]")
     gn.fit_many(folder, MODELS, output=output)
-    assert asked[10:] == [("m2.json", "matt", "rough")]
+    assert asked[10:] == [("bad.json", "matt", "rough")]
+
+
+def test_rows_of_others_stay(tmp_path):
+    """As does the journal of a run that was killed: what took long is neither replaced nor removed."""
+    output, journal = tmp_path / "fits.csv", tmp_path / "fits.csv.unfinished"
+    sources = {"a": gn.OrenNayar(0.3, 0.2), "b": gn.OrenNayar(0.5, 0.2)}
+
+    def stop(done, total):
+        if done:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        gn.fit_many(sources, {"rough": gn.OrenNayar()}, output=output, progress=stop)
+    assert journal.exists() and not output.exists()
+    own = gn.fit_many({"a": sources["a"]}, {"matt": gn.Lambertian()}, output=output)
+    assert list(own["model"]) == ["matt"]
+    held = pandas.read_csv(output)
+    assert not journal.exists() and list(held["model"])[:1] == ["matt"] and {*held["model"]} == {"matt", "rough"}
+    counts = []
+    gn.fit_many(sources, {"rough": gn.OrenNayar()}, output=output, progress=lambda done, total: counts.append(done))
+    assert counts[0] > 0 and len(pandas.read_csv(output)) == 3
+
+
+@pytest.mark.parametrize("kept", ["table", "journal"])
+def test_a_fit_to_other_data_is_not_replaced(tmp_path, kept):
+    output = tmp_path / "fits.csv"
+    gn.fit_many({"a": gn.Lambertian(0.3)}, {"matt": gn.Lambertian()}, output=output)
+    if kept == "journal":
+        row = fit_table._read(output)[0]
+        output.rename(tmp_path / "fits.csv.unfinished").write_text(json.dumps([row]) + "\n")
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    for change in ({}, {"loss": "log"}, {"theta_max": 1.0}):
+        source = gn.Lambertian(0.3) if change else gn.Lambertian(0.4)
+        with pytest.raises(gn.errors.ParameterError, match="holds a fit of a by matt to other data"):
+            gn.fit_many({"a": source}, {"matt": gn.Lambertian()}, output=output, **change)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_table_in_a_model_counts_by_its_numbers(tmp_path):
+    """`load('t.json')` says nothing of them: a second call gave the fits with the first's."""
+    output, path = tmp_path / "fits.csv", tmp_path / "t.nc"
+    axes = {"theta_i": [0.0, 1.0], "theta_o": [0.0, 1.0], "phi": [0.0, np.pi]}
+
+    def fitted(output):
+        model = {"on": gn.Lambertian() + gn.load(path)}
+        return gn.fit_many({"a": gn.Lambertian(0.8)}, model, output=output)["0.rho"][0]
+
+    gn.save(gn.Gridded("angles", axes, np.full((2, 2, 2), 0.05)), path)
+    first = fitted(output)
+    gn.save(gn.Gridded("angles", axes, np.full((2, 2, 2), 0.2)), path)
+    with pytest.raises(gn.errors.ParameterError, match="by another model of that name"):
+        fitted(output)
+    assert abs(fitted(None) - first) > 0.1
+
+
+def test_models_that_look_alike_are_two():
+    maps = [gn.Lambertian(np.full(65, x)) + gn.Lambertian(np.full(65, 0.1)) for x in (0.2, 0.3)]
+    assert repr(maps[0]) == repr(maps[1])
+    assert len(many._models(maps)) == 2
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 100_000, '[{"key": "a"}]', "[1]", '{"a": 1}', "null", "1" * 5000, "[[]]", "\x00"]
+)
+def test_what_is_no_journal_is_left_alone(tmp_path, text):
+    journal = tmp_path / "fits.csv.unfinished"
+    journal.write_text(text + "\n")
+    with pytest.raises(gn.errors.FormatError, match="is no journal of gonio"):
+        gn.fit_many({"a": gn.Lambertian(0.3)}, {"matt": gn.Lambertian()}, output=tmp_path / "fits.csv")
+    assert journal.read_text() == text + "\n"
+
+
+def test_a_file_that_changes_while_it_is_fitted_is_fitted_by_the_next_run(tmp_path, monkeypatch):
+    path, output = tmp_path / "m.json", tmp_path / "fits.csv"
+    gn.save(gn.Lambertian(0.3), path)
+    original = many._rows
+
+    def late(job):
+        gn.save(gn.Lambertian(0.4), path)
+        return original(job)
+
+    monkeypatch.setattr(many, "_rows", late)
+    row = gn.fit_many([path], {"matt": gn.Lambertian()}, output=output).iloc[0]
+    assert row["status"] == "failed" and "changed after the run began" in row["error"]
+    monkeypatch.setattr(many, "_rows", original)
+    assert round(gn.fit_many([path], {"matt": gn.Lambertian()}, output=output)["rho"][0], 6) == 0.4
 
 
 def test_a_stopped_run_goes_on(folder, tmp_path):
@@ -107,10 +196,8 @@ JOB = "(__import__('time').sleep(0.05), __import__('os').getpid(), dict(__import
 
 
 @pytest.mark.slow_because("the fits run in processes of their own, one of which is killed")
-@pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.full)])
 def test_processes_give_the_same_and_survive_a_kill(folder, count):
-    pytest.importorskip("distributed")
     here = gn.fit_many(folder, MODELS)
     with workers(f"processes:{count}") as crew:
         after, killed = [], 0
@@ -121,7 +208,7 @@ def test_processes_give_the_same_and_survive_a_kill(folder, count):
                 os.kill(killed := result[1], signal.SIGKILL)
         assert sorted(number for number, *_ in after) == list(range(8)) and after[-1][2] != killed
         assert {name: str(value) for name, value in ENVIRONMENT.items()}.items() <= after[-1][3].items()
-        table = gn.fit_many(folder, MODELS, scheduler=crew.executor._client)
+        table = gn.fit_many(folder, MODELS, scheduler=crew.executor)
     kept = [name for name in here.columns if name != "seconds"]
     # workers have one thread for linear algebra each, which rounds sums differently from several
     pandas.testing.assert_frame_equal(here[kept], table[kept], rtol=1e-12, atol=1e-15)
@@ -130,12 +217,21 @@ def test_processes_give_the_same_and_survive_a_kill(folder, count):
             os.kill(pid, 0)
 
 
+@pytest.mark.full
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_a_client_of_dask_computes_too(folder):
+    distributed = pytest.importorskip("distributed")
+    here = gn.fit_many(folder, {"matt": MODELS["matt"]})
+    with distributed.Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as client:
+        there = gn.fit_many(folder, {"matt": MODELS["matt"]}, scheduler=client)
+    assert np.allclose(here["rho"], there["rho"], rtol=1e-12, equal_nan=True)
+
+
 def test_the_folder_of_the_command_line(folder, tmp_path):
     table, told = many.fit_folder(folder, ["Lambertian()"], tmp_path / "fits.csv")
     assert len(table) == 5 and told.endswith("5 rows, 4 fitted, 1 refused")
 
 
-@pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_folders_and_maps_on_the_command_line(folder, tmp_path, monkeypatch):
     from click.testing import CliRunner
 

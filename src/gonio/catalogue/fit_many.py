@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
-import pickle
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -15,19 +13,21 @@ from typing import Annotated, Any, NamedTuple
 
 from ..arguments import Within, checked
 from ..arrays import ops
+from ..base.identity import File, identity
 from ..base.reflectance import Reflectance
 from ..errors import Error, MissingDataWarning, NotFoundError, ParameterError, shown
 from ..fitting.cluster import workers
 from ..formula.text import listed
-from ..version import __version__
 from .fit_table import FAILED, FITTED, REFUSED, Row, journal_of, journal_path, output_file, table_of, write
 
 
 class _Job(NamedTuple):
-    """A material and what is fitted to it: name of the model -> (model, key of the row)."""
+    """A material, what tells that its file has changed, and what is fitted to it: name of the model -> (model, key of
+    the row)."""
 
     name: str
     source: Any
+    stamp: Any
     models: dict[str, tuple[Reflectance, str]]
     options: dict[str, Any]
     theta_max: float
@@ -53,10 +53,14 @@ def fit_many(
     `sources`: a folder; a list of paths, names of built-in materials, and reflectances; or a mapping from names to
     these. `models`: a reflectance or an expression, several of them, a mapping from names to them, or the name of a
     set of `select_model`. `loss` to `seed`: see `fit`.
-    `output`: a file to write, .parquet or .csv. A run that was stopped goes on: rows that are there, of the same file,
-    model and options, are not computed again. A file is the same if its path, size and time of change are.
-    `scheduler`: None for threads of this process; "processes" for a cluster of processes on this machine; the address
-    of a Dask scheduler, "tcp://10.0.0.1:8786", whose workers see the same paths; a client of distributed; an executor.
+    `output`: a file to write, .parquet or .csv. A run that was stopped goes on: rows that are there, of the same data,
+    model, options and version of gonio, by their content, are not computed again. Rows of other materials and models
+    stay there, behind those of this call. Raises ParameterError where a fit would have to be replaced. A second run
+    into the same output waits for the first.
+    `scheduler`: None for threads of this process; "processes", or "processes:4", for processes of this machine, which
+    nobody else can reach; the address of a Dask scheduler, "tls://10.0.0.1:8786", whose workers see the same paths; a
+    client of distributed; an executor. A scheduler runs code for whoever reaches it, and what it answers is code here:
+    "tcp://..." trusts everybody in that network, TLS those who have the key.
     `progress`: called with the numbers of rows that are done and of all.
 
     Columns: material, model, status ("fitted"; "refused" with its `error`; "failed", which the next run tries again),
@@ -83,7 +87,7 @@ def fit_many(
     options = {"loss": loss, "robust": robust, "per_channel": per_channel, "starts": starts, "seed": seed}
     named = _sources(sources, final)
     jobs, order = _jobs(named, chosen, options, theta_max)
-    with journal_of(final, set(order)) as journal:
+    with journal_of(final, order) as journal:
         total = len(order)
         rest = [job._replace(models=left) for job in jobs if (left := _left(job, journal.rows))]
         if progress is not None:
@@ -100,7 +104,7 @@ def fit_many(
                         progress(len(journal.rows), total)
         table = table_of([journal.rows[key] for key in order])
         if final is not None:
-            write(table, final)
+            write(table_of([*(journal.rows[key] for key in order), *journal.others]), final)
             journal.ended()
     return table
 
@@ -139,7 +143,7 @@ def _models(models: Any) -> dict[str, Reflectance]:
                 f"models={shown(models)}: expected a model, an expression, several of them, a mapping from names to "
                 f"them, or one of {listed([*SETS])}"
             )
-        models = {m if isinstance(m, str) else repr(m): m for m in models}
+        models = _numbered((m if isinstance(m, str) else repr(m), m) for m in models)
     found = {str(name): expression(m, files=True) if isinstance(m, str) else m for name, m in models.items()}
     for name, m in found.items():
         if not isinstance(m, Reflectance):
@@ -173,15 +177,24 @@ def _sources(sources: Any, output: Path | None) -> dict[str, Any]:
     if not pairs:
         raise ParameterError("sources: got none; expected at least one")
     built_in = {e.name for e in materials()}
-    named: dict[str, Any] = {}
     for name, x in pairs:
         if not isinstance(x, (str, os.PathLike, Reflectance)):
             raise ParameterError(f"sources: {name:.60} is {shown(x)}; expected a path, a name or a reflectance")
+    named = _numbered(pairs)
+    for name, x in named.items():
+        is_name = isinstance(x, str) and x in built_in and not os.path.exists(x)
+        named[name] = x if is_name or isinstance(x, Reflectance) else Path(os.fsdecode(x))
+    return named
+
+
+def _numbered(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Things by their names, of which those that were there before get a number."""
+    named: dict[str, Any] = {}
+    for name, x in pairs:
         different, count = name, 2
         while different in named:
             different, count = f"{name} ({count})", count + 1
-        is_name = isinstance(x, str) and x in built_in and not os.path.exists(x)
-        named[different] = x if is_name or isinstance(x, Reflectance) else Path(os.fsdecode(x))
+        named[different] = x
     return named
 
 
@@ -200,35 +213,40 @@ def _is_material(path: Path) -> bool:
 
 def _jobs(
     named: Mapping[str, Any], models: Mapping[str, Reflectance], options: dict[str, Any], theta_max: float
-) -> tuple[list[_Job], list[str]]:
-    """The jobs, and the keys of all rows in order."""
-    jobs, order = [], []
-    texts = {name: repr(m) for name, m in models.items()}
+) -> tuple[list[_Job], dict[str, tuple[str, str]]]:
+    """The jobs, and material and model of the keys of all rows in order."""
+    jobs: list[_Job] = []
+    order: dict[str, tuple[str, str]] = {}
+    how = {name: identity(m, options, theta_max) for name, m in models.items()}
     for name, source in named.items():
-        identity = _identity(source)
-        keyed = {}
-        for model, m in models.items():
-            words = [__version__, name, identity, model, texts[model], options, theta_max]
-            keyed[model] = m, hashlib.blake2b(repr(words).encode(), digest_size=12).hexdigest()
-        order += [key for _, key in keyed.values()]
+        stamp, content = _stamp(source), _content(source)
+        keyed = {model: (m, identity(name, content, model, how[model])[:24]) for model, m in models.items()}
+        order |= {key: (name, model) for model, (_, key) in keyed.items()}
         if isinstance(source, Path):
             source = Path(os.path.abspath(source))
-        jobs.append(_Job(name, source, keyed, options, theta_max))
+        jobs.append(_Job(name, source, stamp, keyed, options, theta_max))
     return jobs, order
 
 
-def _identity(source: Any) -> str:
-    """What tells a source from others and from what it was before."""
-    if isinstance(source, Reflectance):
-        return hashlib.blake2b(pickle.dumps(source), digest_size=16).hexdigest()
-    if isinstance(source, Path):
-        path = os.path.abspath(source)
-        try:
-            status = os.stat(path)
-        except (OSError, ValueError):
-            return f"{path} missing"
-        return f"{path} {status.st_size} {status.st_mtime_ns}"
-    return str(source)
+def _content(source: Any) -> str:
+    """The identity of what is fitted; of a file that cannot be read "", which is told by its row."""
+    if not isinstance(source, Path):
+        return identity(source)
+    try:
+        return identity(File(source))
+    except (OSError, ValueError):
+        return ""
+
+
+def _stamp(source: Any) -> Any:
+    """Sizes and times of the files of a source: they tell changes while a run lasts, and nothing else."""
+    if not isinstance(source, Path):
+        return None
+    try:
+        files = sorted(source.rglob("*")) if source.is_dir() else [source]
+        return [(status.st_size, status.st_mtime_ns) for status in map(os.stat, files)]
+    except (OSError, ValueError):
+        return None
 
 
 def _left(job: _Job, rows: Mapping[str, Row]) -> dict[str, tuple[Reflectance, str]]:
@@ -252,6 +270,8 @@ def _rows(job: _Job) -> list[Row]:
         if isinstance(source, (str, Path)):
             source = load(source) if isinstance(source, Path) else material(source)
         data = samples(source, job.theta_max)
+        if _stamp(job.source) != job.stamp:
+            raise OSError("changed after the run began; the next one fits it")
     except Exception as error:
         return [_row(job, name, _status(error), _told(error)) for name in job.models]
     reading = (time.perf_counter() - start) / len(job.models)

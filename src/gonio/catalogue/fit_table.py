@@ -2,20 +2,22 @@
 
 Finished rows are added to a journal beside the output, `fits.parquet.unfinished`, a line for each material, which is on
 the disk before the next job is counted as done. At the end the table takes its place in one step, and the journal goes.
-A line that was cut off by a kill is left out, and its material fitted again.
+A line that was cut off by a kill is left out, and its material fitted again. Rows of other materials and models stay in
+the table, those of a journal too: what was fitted once is neither removed nor replaced.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from ..errors import DependencyError, FormatError, ParameterError
+from .._unfinished import held
+from ..errors import DependencyError, FormatError, ParameterError, WriteError
 from ..files import replacing, target
 
 FIRST = ("material", "model", "status", "error", "rms", "aic", "bic", "values", "unknowns", "converged", "seconds")
@@ -26,14 +28,19 @@ FITTED, REFUSED, FAILED = "fitted", "refused", "failed"
 """Status of a row: a fit; data or a model that cannot be fitted; a machine or program that failed, tried again by the
 next run."""
 
+TEXTS = ("material", "model", "status", "error", *LAST)
+NUMBERS = ("rms", "aic", "bic", "values", "unknowns", "converged", "seconds")
+PLAIN = (int, float, bool, type(None))
+
 Row = dict[str, Any]
 
 
 @dataclass
 class Journal:
-    """Rows by their keys, and the file that new ones are added to."""
+    """Rows by their keys, those that others asked for, and the file that new ones are added to."""
 
     rows: dict[str, Row]
+    others: list[Row]
     file: IO[bytes] | None = None
 
     def add(self, rows: Sequence[Row]) -> None:
@@ -42,9 +49,13 @@ class Journal:
         kept = [row for row in rows if row["status"] != FAILED]
         if self.file is None or not kept:
             return
-        self.file.write(json.dumps(kept).encode() + b"\n")
-        self.file.flush()
-        os.fsync(self.file.fileno())
+        try:
+            self.file.write(json.dumps(kept).encode() + b"\n")
+            self.file.flush()
+            os.fsync(self.file.fileno())
+        except OSError as error:
+            told = f"{self.file.name}: cannot be written: {error.strerror}"
+            raise WriteError(f"{told}; make room: the same call goes on where this ended") from error
 
     def ended(self) -> None:
         """The table is in its place."""
@@ -54,46 +65,55 @@ class Journal:
 
 
 @contextmanager
-def journal_of(output: Path | None, wanted: set[str]) -> Iterator[Journal]:
-    """The journal of an output, or one without a file: with the rows of earlier runs whose keys are wanted. Raises
-    FormatError for files that are not gonio's, ParameterError where another run writes."""
+def journal_of(output: Path | None, wanted: Mapping[str, tuple[str, str]]) -> Iterator[Journal]:
+    """The journal of an output, or one without a file, with the rows of earlier runs; a second run waits for the first.
+
+    `wanted`: material and model of each key. Raises FormatError for files that are not gonio's, ParameterError where a
+    fit of one of these, by another key, would have to be replaced.
+    """
     if output is None:
-        yield Journal({})
+        yield Journal({}, [])
         return
     path = journal_path(output)
-    target(path)
-    old = {row["key"]: row for row in _read(output) if row["key"] in wanted}
-    with path.open("a+b") as file:
-        _lock(file, path)
+    with held(target(path)) as file:
         file.seek(0)
         text = file.read()
         whole = text.rfind(b"\n") + 1
+        old = {row["key"]: row for row in (*_read(output), *_lines(text[:whole], path))}
         if whole < len(text):
             file.truncate(whole)
-        for line in text[:whole].splitlines():
-            try:
-                old |= {row["key"]: row for row in json.loads(line) if row["key"] in wanted}
-            except (ValueError, TypeError, KeyError):
-                raise FormatError(f"{path}: is no journal of gonio; remove it, or choose another output") from None
-        yield Journal(old, file)
+        others = [row for key, row in old.items() if key not in wanted]
+        named = {*wanted.values()}
+        same = [row for row in others if (row["material"], row["model"]) in named]
+        if fitted := [row for row in same if row["status"] == FITTED]:
+            first, more = fitted[0], f" and {len(fitted) - 1} more" * (len(fitted) > 1)
+            raise ParameterError(
+                f"{output}: holds a fit of {first['material']:.80} by {first['model']:.80}{more} to other data, by "
+                f"another model of that name, with other options or by another version of gonio; nothing was changed; "
+                f"choose another output"
+            )
+        rows = {key: row for key, row in old.items() if key in wanted}
+        yield Journal(rows, [row for row in others if row not in same], file)
+
+
+def _lines(text: bytes, path: Path) -> Iterator[Row]:
+    """The rows of a journal."""
+    for line in text.splitlines():
+        try:
+            rows = json.loads(line)
+            kinds = {type(row[name]) for row in rows for name in TEXTS}
+            pairs = [pair for row in rows for pair in row["numbers"].values()]
+            numbers = [x for pair in pairs for x in pair] + [row.get(name) for row in rows for name in NUMBERS]
+            if kinds - {str} or any(len(pair) != 2 for pair in pairs) or not {*map(type, numbers)} <= {*PLAIN}:
+                raise ValueError
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+            raise FormatError(f"{path}: is no journal of gonio; remove it, or choose another output") from None
+        yield from rows
 
 
 def journal_path(output: Path) -> Path:
     """The file beside an output that keeps rows until all are done."""
     return output.with_name(output.name + ".unfinished")
-
-
-def _lock(file: IO[bytes], path: Path) -> None:
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        return
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise ParameterError(f"{path}: another run writes to it; wait for its end, or choose another output") from None
-    except OSError:  # a file system without locks
-        return
 
 
 def output_file(output: str | os.PathLike[str]) -> Path:
@@ -177,7 +197,7 @@ def _is_missing(value: Any) -> bool:
 
 def _cell(name: str, value: Any) -> Any:
     """A cell of a table as the journal has it."""
-    if name in ("material", "model", "status", "error", *LAST):
+    if name in TEXTS:
         return "" if _is_missing(value) else str(value)
     if _is_missing(value):
         return None

@@ -57,7 +57,8 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
 )
 @click.option(
     "--scheduler",
-    help="Of a folder or a map: processes, one on each core, or the address of a scheduler of Dask, tcp://host:8786.",
+    help="Of a folder or a map: processes, one on each core, or the address of a scheduler of Dask, tls://host:8786; "
+    "tcp:// trusts everybody in its network.",
 )
 @click.option("--plot", type=click.Path(path_type=Path), help="Figure to write: .png, .jpg, .pdf or .svg.")
 @options.json_option

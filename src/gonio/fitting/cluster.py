@@ -6,7 +6,6 @@ does not fill the memory of the scheduler.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
@@ -14,6 +13,7 @@ from typing import Any, NamedTuple
 
 from ..compile.threads import threads
 from ..errors import DependencyError, NotFoundError, ParameterError, shown
+from .processes import Processes
 
 AHEAD = 3
 """Jobs under way for each worker: it has the next one when it has done one."""
@@ -26,8 +26,7 @@ ENVIRONMENT = {
     "MALLOC_TRIM_THRESHOLD_": 1 << 28,
     "MALLOC_MMAP_THRESHOLD_": 1 << 28,
 }
-"""Variables of worker processes. Dask's own value of the trim threshold has the C library ask the system for every
-array above 128 KiB anew, which makes NumPy three times slower; it goes only if the whole dictionary is replaced."""
+"""Variables of processes that are started here: one thread each, and an allocator that keeps its memory."""
 
 PATIENCE = 30
 """Seconds to wait for a scheduler to answer."""
@@ -76,14 +75,20 @@ def workers(scheduler: Any = None) -> Iterator[Workers]:
     """The workers that a `scheduler` stands for; what is started here is ended with the block.
 
     `scheduler`: None for threads of this process; "processes" for as many processes of this machine as `gn.threads()`
-    says, or "processes:4"; the address of a Dask scheduler, "tcp://10.0.0.1:8786"; a client of `distributed`; or an
-    executor of `concurrent.futures`.
+    says, or "processes:4", at the ends of pipes (`processes`); the address of a Dask scheduler, "tls://10.0.0.1:8786";
+    a client of `distributed`; or an executor of `concurrent.futures`. Who can reach a scheduler at "tcp://..." can run
+    code there, and here.
     """
+    word, _, count = scheduler.partition(":") if isinstance(scheduler, str) else ("", "", "")
     if scheduler is None:
         with ThreadPoolExecutor(threads(), "gonio-fit") as pool:
             yield Workers(pool, threads(), False)
     elif isinstance(scheduler, Executor):
         yield Workers(scheduler, threads(), not isinstance(scheduler, ThreadPoolExecutor))
+    elif word == "processes" and (not count or (count.isdecimal() and 1 <= int(count) <= 4096)):
+        places = int(count or threads())
+        with Processes(places, ENVIRONMENT) as pool:
+            yield Workers(pool, places, True)
     else:
         with ExitStack() as stack:
             client = _client(scheduler, stack)
@@ -96,14 +101,10 @@ def _client(scheduler: Any, stack: ExitStack) -> Any:
     distributed = _distributed()
     if isinstance(scheduler, distributed.Client):
         return scheduler
-    word, _, count = str(scheduler).partition(":")
-    if word == "processes" and (not count or (count.isdecimal() and 1 <= int(count) <= 4096)):
-        cluster = stack.enter_context(_local(distributed, int(count or threads())))
-        return stack.enter_context(distributed.Client(cluster, set_as_default=False))
     if not isinstance(scheduler, str) or "://" not in scheduler:
         raise ParameterError(
             f"scheduler={shown(scheduler)}: expected None for threads, 'processes', 'processes:4', the address of a "
-            f"Dask scheduler such as 'tcp://10.0.0.1:8786', a client of distributed, or an executor"
+            f"Dask scheduler such as 'tls://10.0.0.1:8786', a client of distributed, or an executor"
         )
     try:
         return stack.enter_context(distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False))
@@ -114,26 +115,9 @@ def _client(scheduler: Any, stack: ExitStack) -> Any:
         ) from None
 
 
-@contextmanager
-def _local(distributed: Any, count: int) -> Iterator[Any]:
-    """Processes of this machine, one thread each."""
-    import dask
-
-    with dask.config.set({"distributed.nanny.pre-spawn-environ": ENVIRONMENT}):
-        cluster = distributed.LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=":0",
-            silence_logs=logging.CRITICAL,
-        )
-    with cluster:
-        yield cluster
-
-
 def _distributed() -> Any:
     try:
         import distributed
     except ImportError as error:
-        raise DependencyError(f'fits by processes and clusters need Dask ({error}); pip install "gonio[fit]"') from None
+        raise DependencyError(f'fits on clusters need Dask ({error}); pip install "gonio[fit]"') from None
     return distributed

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.identity import identity
 from ..errors import FormatError
 from ..scenes.kept import ADVICE, Kept
-from ..version import __version__
 from .patches import Halvings, Patches
 
 
@@ -30,12 +29,8 @@ class Checkpoint(Kept):
     """A file of what has been found; one of another scene, or with other settings, is refused."""
 
     def __init__(self, path: str | os.PathLike[str], faces: Patches, *others: Any):
-        whole = hashlib.sha256(__version__.encode())
-        for x in (faces.corners, faces.part, *others):
-            array = np.asarray(x)
-            whole.update(f"{array.dtype} {array.shape}".encode() + np.ascontiguousarray(array).tobytes())
         what = "scene, patches, method, tolerance and version of gonio"
-        super().__init__(path, whole.hexdigest(), "a radiosity", what)
+        super().__init__(path, identity(faces.corners, faces.part, *others), "a radiosity", what)
         self._faces = faces.faces
 
     def read(self) -> Begun | None:

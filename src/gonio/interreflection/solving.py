@@ -175,7 +175,7 @@ def radiosity(
 
     file = None
     if checkpoint is not None:
-        file = Checkpoint(checkpoint, whole, count, dense, rays, albedo, exitance, *sent.values())
+        file = Checkpoint(checkpoint, whole, count, dense, rays, albedo, exitance, sent)
     begun = None if file is None else file.read()
     if begun is None:
         divided = where_it_changes(divided)

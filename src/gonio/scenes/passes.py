@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Fixed
 from ..compile.threads import share
 from ..errors import FormatError, MissingDataWarning, warn
-from ..evaluate.tracing import content
-from ..formula.parametrised import Parametrised
-from ..version import __version__
 from .kept import ADVICE, Kept
 
 PASS = 32
@@ -143,16 +138,6 @@ class Checkpoint(Kept):
     def keep(self, sums: Sums, is_last: bool) -> None:
         """Write the sums, unless the last time was just now."""
         self.write(sums._asdict(), is_last)
-
-
-def identity(scene: Parametrised, *others: Any) -> str:
-    """A hash of all that a picture depends on."""
-    held = content(scene)
-    whole = hashlib.sha256(repr((__version__, held.structure, others)).encode())
-    for value in (*held.leaves, *held.tables):
-        array = np.asarray(value.numbers if isinstance(value, Fixed) else value)
-        whole.update(f"{array.dtype} {array.shape}".encode() + np.ascontiguousarray(array).tobytes())
-    return whole.hexdigest()
 
 
 def warn_of_holes(count: int) -> None:

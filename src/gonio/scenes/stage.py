@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
 from collections.abc import Sequence
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from ..base.identity import identity
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..caches import at_end
@@ -172,15 +172,13 @@ def _facets(meshes: Sequence[Mesh]) -> _Facets:
     placed = any(mesh.places is not None for mesh in meshes)
     places = np.concatenate([_placed(mesh) for mesh in meshes]) if placed else None
     of_faces = np.repeat(np.array(parts, float), [len(mesh.triangles.faces) for mesh in meshes])
-    told = hashlib.sha256()
-    for array in (vertices, faces, normals, places, of_faces):
-        told.update(b"" if array is None else np.ascontiguousarray(array).tobytes())
+    told = identity(vertices, faces, normals, places, of_faces)
     box = np.array([vertices.min(axis=0), vertices.max(axis=0)])
     centre = box.mean(axis=0)
     radius = float(np.linalg.norm(vertices - centre, axis=1).max())
     at = vertices - centre, faces, normals, places, of_faces if len(materials) > 1 else None, box - centre
     body = Facets.of(*at)
-    return _Facets(body, tuple(materials), centre, radius, float(box[0, 2]), _hulls(vertices[faces]), told.hexdigest())
+    return _Facets(body, tuple(materials), centre, radius, float(box[0, 2]), _hulls(vertices[faces]), told)
 
 
 def _hulls(corners: np.ndarray) -> np.ndarray:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.identity import identity
 from ..base.light import Light
 from ..base.one_channel import of_channel
 from ..base.reflectance import Reflectance
@@ -18,7 +18,7 @@ from ..evaluate.computation import Computation, composite
 from ..evaluate.planning import UNROLLED
 from ..pictures.colour import transformed
 from .estimator import direct, shares
-from .passes import Found, identity
+from .passes import Found
 from .pixels import Pixels
 from .points import points
 
@@ -77,7 +77,6 @@ class Traced(NamedTuple):
 
     def identity(self) -> str:
         """A hash of all that the picture depends on."""
-        matrix = None if self.matrix is None else self.matrix.tolist()
         stage = self.pixels.stage
         shown = {
             name: getattr(self.scene, name) for name in ("material", "maps", "lights") if name in self.scene.fields
@@ -85,7 +84,7 @@ class Traced(NamedTuple):
         told = composite(**shown, camera=stage.camera)
         bodies = [(type(body).__name__, *body.leaves()) for body in stage.bodies]
         rest = (stage.identity, bodies, stage.margin, stage.backdrop, self.pixels.size, self.pixels.seed)
-        return identity(told, rest, self.colours, matrix, *(glow.identity() for glow in self.glows))
+        return identity(told, rest, self.colours, self.matrix, *(glow.identity() for glow in self.glows))
 
     def parts(self) -> list[slice]:
         """Runs of pixels, of one length but for the last one."""
@@ -146,7 +145,7 @@ class Several(NamedTuple):
 
     def identity(self) -> str:
         """A hash of all that the picture depends on."""
-        return hashlib.sha256("".join(job.identity() for job in self.jobs).encode()).hexdigest()
+        return identity(*(job.identity() for job in self.jobs))
 
     def parts(self) -> list[slice]:
         """Runs of pixels, of one length but for the last one."""

@@ -1,27 +1,31 @@
 """Fits of maps that are larger than memory: chunk by chunk, on any Dask scheduler, into a Zarr store.
 
 Arrays of numbers are no part of what is sent to workers: they read their chunk from where Dask would, and write their
-part of the result. A chunk counts as done when its element of the array `done` is 1, which is written last.
+part of the result. What is written last is the mark of a chunk, in the array `done`: hashes of the numbers that went
+into its fits, and of the files that came out. A later run reads both again. Where other numbers go in now, it is
+another work, and refused; where the files are not those that came out, the chunk is fitted again.
 """
 
 from __future__ import annotations
 
-import hashlib
 import itertools
 import math
 import os
 import pickle
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .._unfinished import held
 from ..arguments import checked
 from ..arrays.labels import CHANNELS, COMPONENTS
+from ..base.identity import identity
 from ..base.reflectance import Reflectance
-from ..errors import DependencyError, FormatError, ParameterError, ShapeError
-from ..files import replacing_folder
+from ..errors import DependencyError, Error, FormatError, ParameterError, ShapeError, WriteError
+from ..files import replacing_folder, target
 from ..fitting.cluster import workers
 from ..fitting.losses import LOSSES
 from ..fitting.unknowns import unknowns
@@ -58,8 +62,9 @@ def fit_map_chunks(
     them or not, usually of a store: `xarray.open_zarr("scan.zarr")["f"]`. `wi`, `wo`: directions (N, 3) for all texels,
     or DataArrays with the axes `observation`, "xyz" and those of texels. `u`: as f, or a number.
     Without `output` nothing is computed yet: the variables are arrays of Dask. With it, a Zarr store, chunks are fitted
-    on the `scheduler` (see `fit_many`) and each is written when it is done; a run that was stopped goes on with those
-    that are not. That the values of f are still the same is up to you; all else is compared.
+    on the `scheduler` (see `fit_many`) and each is written when it is done. A run that was stopped goes on with those
+    that are not, or were lost or damaged since. What went into those that are done is compared, number by number:
+    ParameterError where it is something else now. A second run into the same store waits for the first.
     `progress`: called with the numbers of texels that are done and of all.
 
     Variables: each number by its path, its standard error as "path.stderr", rms, used, flags; see `FitMap`.
@@ -79,26 +84,17 @@ def fit_map_chunks(
     _require_dask()
     if loss not in LOSSES:
         raise ParameterError(f"loss={loss!r:.60}: expected one of {', '.join(LOSSES)}")
-    work = _Map(wi, wo, f, u, observation, (model, loss, by, per_channel))
+    work = _Map(wi, wo, f, u, observation, (model, loss, _listed(by), _listed(per_channel)))
     if output is None:
         return work.lazily()
     store = Path(output)
-    if not store.exists():
-        with replacing_folder(store, lambda _: "has appeared meanwhile") as new:
-            work.prepare(new)
-    left = work.left(store)
-    total, done = work.texels, work.texels - sum(work.size(region) for region in left)
-    if progress is not None:
-        progress(done, total)
-    if left:
-        with workers(scheduler) as crew:
-            jobs = (work.job(store, region, crew.are_far) for region in left)
-            for number, _, error in crew.results(_fit_chunk, jobs):
-                if error is not None:
-                    raise error
-                done += work.size(left[number])
-                if progress is not None:
-                    progress(done, total)
+    if store.exists():
+        work.marks(store)  # nobody waits who will be refused
+    with held(target(store.with_name(store.name + ".unfinished"))):
+        if not store.exists():
+            with replacing_folder(store, lambda _: "has appeared meanwhile") as new:
+                work.prepare(new)
+        work.fit_into(store, scheduler, progress)
     return _opened(store).drop_vars(DONE)
 
 
@@ -223,54 +219,110 @@ class _Map:
 
     @property
     def identity(self) -> str:
-        """What a store is of, the values of f aside."""
-        fixed = [x if isinstance(x, np.ndarray) else str(getattr(x, "shape", x)) for x in (self.wi, self.wo, self.u)]
-        parts = [repr(self.how), self.names, self.dims, self.f.shape, self.chunk]
-        parts += [x.tobytes() if isinstance(x, np.ndarray) else x for x in fixed]
-        return hashlib.blake2b(repr(parts).encode(), digest_size=12).hexdigest()
+        """What a store is of, the numbers of its texels aside: see `_mark`."""
+        import xarray
+
+        fixed = [x.dims if isinstance(x, xarray.DataArray) else x for x in (self.wi, self.wo, self.u)]
+        return identity(self.how, self.names, self.dims, self.f.shape, self.chunk, fixed)
 
     def prepare(self, store: Path) -> None:
         """An empty store: NaN everywhere, and no chunk done."""
         import zarr
 
         group = zarr.create_group(store, attributes={IDENTITY: self.identity, "model": repr(self.how[0])})
-        kinds = dict.fromkeys([*self.names, *(f"{name}.stderr" for name in self.names), "rms"], "float64")
-        for name, kind in (kinds | {"used": "int64", "flags": "uint8"}).items():
-            group.create_array(
-                name,
-                shape=self.shape,
-                chunks=self.chunk,
-                dtype=kind,
-                fill_value=math.nan if kind == "float64" else 0,
-                dimension_names=self.dims,
-            )
-        numbers = [f"chunk_{d}" for d in self.dims]
-        group.create_array(
-            DONE, shape=self.counts, chunks=(1,) * len(self.dims), dtype="uint8", dimension_names=numbers, fill_value=0
-        )
+        self.complete(store)
         coordinates = {d: self.f[d].values for d in self.dims if d in self.f.indexes}
         for d, values in coordinates.items():
             if values.dtype.kind in "fiu":
                 group.create_array(d, data=values, dimension_names=[d])
 
-    def left(self, store: Path) -> list[Region]:
-        """The chunks that are not done."""
+    def complete(self, store: Path) -> Any:
+        """The group of a store, in which descriptions of arrays that were lost or damaged are written again."""
+        import zarr
+        from zarr.codecs import Crc32cCodec, ZstdCodec
+
+        group: Any = zarr.open_group(store, mode="r+")
+        of_texels = {"shape": self.shape, "chunks": self.chunk, "dimension_names": self.dims}
+        arrays: dict[str, dict[str, Any]] = {name: {**of_texels, "dtype": kind} for name, kind in self.kinds.items()}
+        one = {"shape": (*self.counts, 2), "chunks": (*(1 for _ in self.counts), 2), "dtype": "uint64"}
+        arrays[DONE] = {**one, "dimension_names": [*(f"chunk_{d}" for d in self.dims), "hash"]}
+        for name, as_made in arrays.items():
+            try:
+                same = (group[name].shape, str(group[name].dtype)) == (as_made["shape"], as_made["dtype"])
+            except BROKEN:
+                same = False
+            if not same:
+                (store / name / "zarr.json").unlink(missing_ok=True)
+                fill = math.nan if as_made["dtype"] == "float64" else 0
+                group.create_array(name, **as_made, fill_value=fill, compressors=[ZstdCodec(level=0), Crc32cCodec()])
+        return group
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """The arrays of a store, and their dtypes."""
+        numbers = dict.fromkeys([*self.names, *(f"{name}.stderr" for name in self.names), "rms"], "float64")
+        return numbers | {"used": "int64", "flags": "uint8"}
+
+    def marks(self, store: Path) -> dict[Region, tuple[int, ...] | None]:
+        """The mark of each chunk, or None of those that are not done. Raises FormatError and ParameterError for what is
+        no store of this work."""
         import zarr
 
         try:
             group = zarr.open_group(store, mode="r")
-            same = group.attrs.get(IDENTITY) == self.identity
-            marks: Any = group[DONE] if same else None
-        except (OSError, ValueError, KeyError):
+            found = group.attrs[IDENTITY]
+        except (OSError, ValueError, KeyError, TypeError):
             raise FormatError(f"{store}: is no store of fits; choose another name, or remove it yourself") from None
-        if not same:
-            raise ParameterError(
-                f"{store}: holds fits of another model, of other options or of another map; choose another name"
-            )
-        every = itertools.product(*map(range, self.counts))
-        return [region for region in every if not _is_done(marks, region)]
+        if found != self.identity:
+            what = "another model, of other options, directions or uncertainties, of another map, or by another version"
+            raise ParameterError(f"{store}: holds fits of {what} of gonio; choose another name")
+        every = list(itertools.product(*map(range, self.counts)))
+        try:
+            marks: Any = group[DONE]
+            with suppress(*BROKEN):  # read at once where none is damaged
+                marks = marks[...]
+        except BROKEN:
+            return dict.fromkeys(every)
+        return {region: _mark_of(marks, region) for region in every}
 
-    def job(self, store: Path, region: Region, is_far: bool) -> Any:
+    def fit_into(self, store: Path, scheduler: Any, progress: Callable[[int, int], None] | None) -> None:
+        """Fit all chunks that are not done, after all that are have been looked at."""
+        marks = self.marks(store)
+        with _written(store):
+            self.complete(store)
+        left = [region for region, mark in marks.items() if mark is None]
+        marked = [region for region, mark in marks.items() if mark is not None]
+        done = sum(map(self.size, marked))
+
+        def told() -> None:
+            if progress is not None:
+                progress(done, self.texels)
+
+        told()
+        with workers(scheduler) as crew:
+            jobs = (self.job(store, region, crew.are_far, marks[region]) for region in marked)
+            for number, state, error in crew.results(_look, jobs):
+                region = marked[number]
+                if error is not None:
+                    raise error
+                if state == CHANGED:
+                    where = ", ".join(f"{d} {s.start} to {s.stop - 1}" for d, s in self.places(region).items())
+                    raise ParameterError(
+                        f"{store}: holds fits of other values of f, u, wi or wo than these, as at {where}; nothing was "
+                        f"changed; choose another name"
+                    )
+                if state == LOST:
+                    left.append(region)
+                    done -= self.size(region)
+            told()
+            jobs = (self.job(store, region, crew.are_far) for region in left)
+            for number, _, error in crew.results(_fit_chunk, jobs):
+                if error is not None:
+                    raise error
+                done += self.size(left[number])
+                told()
+
+    def job(self, store: Path, region: Region, is_far: bool, mark: Any = None) -> Any:
         """What a worker is given for a chunk."""
         import dask
         import xarray
@@ -283,7 +335,16 @@ class _Map:
                 (x,) = dask.optimize(x)
             parts.append(x)
         f, wi, wo, u = parts
-        whole = os.path.abspath(store), region, tuple(at.values()), (wi, wo, f, u), bool(self.channel), self.how
+        whole = (
+            os.path.abspath(store),
+            region,
+            tuple(at.values()),
+            (wi, wo, f, u),
+            bool(self.channel),
+            self.how,
+            self.kinds,
+            mark,
+        )
         if not is_far:
             return whole
         import cloudpickle
@@ -297,27 +358,82 @@ class _Map:
         return sent
 
 
-def _is_done(marks: Any, region: Region) -> bool:
+BROKEN = (OSError, ValueError, RuntimeError, TypeError, LookupError)
+"""What Zarr and its libraries raise where a store is damaged."""
+
+
+def _mark_of(marks: Any, region: Region) -> tuple[int, ...] | None:
+    """The mark of a chunk; None where there is none, or what there is was cut off by a kill."""
     try:
-        return bool(marks[region] == 1)
-    except (OSError, ValueError, RuntimeError):  # cut off by a kill
-        return False
+        mark = tuple(map(int, marks[region]))
+    except BROKEN:
+        return None
+    return mark if any(mark) else None
+
+
+def _hash(*parts: Any) -> int:
+    return int(identity(*parts)[:16], 16)
+
+
+def _stored(store: str, names: Iterable[str], region: Region) -> int:
+    """A hash of the files of a chunk; of numbers that are all NaN there is none."""
+    files = [Path(store, name, "c", *map(str, region)) for name in names]
+    return _hash(*(file.read_bytes() if file.exists() else None for file in files))
+
+
+def _unpacked(job: Any) -> Any:
+    """A job with the arrays of its chunk, read."""
+    store, region, places, arrays, *rest = pickle.loads(job) if isinstance(job, bytes) else job
+    arrays = [x.compute(scheduler="synchronous") if hasattr(x, "dask") else x for x in arrays]
+    return store, region, places, arrays, *rest
+
+
+KEPT, CHANGED, LOST = "kept", "changed", "lost"
+"""What has become of a chunk that was done: nothing; other numbers would go in; its results are not there."""
+
+
+def _look(job: Any) -> str:
+    """What has become of a chunk that was done, in any process."""
+    store, region, _, arrays, _, _, kinds, (went_in, came_out) = _unpacked(job)
+    if _hash(*arrays) != went_in:
+        return CHANGED
+    try:
+        return KEPT if _stored(store, kinds, region) == came_out else LOST
+    except OSError:  # it cannot be read, and perhaps be written
+        return LOST
 
 
 def _fit_chunk(job: Any) -> None:
     """Fit a chunk and write it, in any process."""
     import zarr
 
-    store, region, places, arrays, coloured, how = pickle.loads(job) if isinstance(job, bytes) else job
-    wi, wo, f, u = (x.compute(scheduler="synchronous") if hasattr(x, "dask") else x for x in arrays)
+    store, region, places, (wi, wo, f, u), coloured, how, kinds, _ = _unpacked(job)
     found = _fit(wi, wo, f, u, coloured, how)
-    group: Any = zarr.open_group(store, mode="r+")
-    for name in found.values:
-        group[name][places] = found.values[name]
-        group[f"{name}.stderr"][places] = found.stderr[name]
-    for name in ("rms", "used", "flags"):
-        group[name][places] = getattr(found, name)
-    group[DONE][region] = 1
+    of = {**found.values, **{f"{name}.stderr": x for name, x in found.stderr.items()}}
+    of |= {name: getattr(found, name) for name in ("rms", "used", "flags")}
+    with _written(store):
+        group: Any = zarr.open_group(store, mode="r+")
+        for name in kinds:
+            group[name][places] = of[name]
+        group[DONE][region] = np.array([_hash(wi, wo, f, u), _stored(store, kinds, region)], np.uint64)
+
+
+@contextmanager
+def _written(store: str | os.PathLike[str]) -> Iterator[None]:
+    """WriteError where the system refuses."""
+    try:
+        yield
+    except Error:
+        raise
+    except OSError as error:
+        raise WriteError(
+            f"{store}: cannot be written: {error.strerror or error}; make room: the same call goes on where this ended"
+        ) from error
+
+
+def _listed(names: Any) -> Any:
+    """Names that can be read several times."""
+    return list(names) if isinstance(names, Iterable) and not isinstance(names, str) else names
 
 
 def _fit(wi: Any, wo: Any, f: Any, u: Any, coloured: bool, how: tuple[Any, ...]) -> FitMap:

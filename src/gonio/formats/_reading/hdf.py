@@ -6,11 +6,11 @@ import json
 import os
 import subprocess
 import sys
-from multiprocessing import spawn
 from pathlib import Path
 from typing import Any
 
-from ...errors import DependencyError, FormatError
+from ...errors import FormatError
+from ...interpreters import interpreters, no_interpreter
 from . import hdf_probe
 
 
@@ -32,7 +32,7 @@ def probed(*words: str) -> bytes:
     """The output of the program, called with these words; cut short by a file that stops it."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     failures = []
-    for program in _interpreters():
+    for program in interpreters():
         command = [program, "-P", hdf_probe.__file__, *words]  # -P: modules beside it have names of Python's own
         try:
             process = subprocess.run(command, env=environment, capture_output=True, timeout=600.0, check=False)
@@ -45,17 +45,4 @@ def probed(*words: str) -> bytes:
         if output.startswith(start):
             return output.removeprefix(start)
         failures.append(f"{program}: {process.stderr.decode(errors='replace').strip()[-80:] or 'says nothing'}")
-    raise DependencyError(
-        f"{words[1]}: HDF files are read in a process of its own, for which no Python was found "
-        f"({'; '.join(failures) or 'none'}); say where it is: multiprocessing.set_executable('/path/to/python')"
-    )
-
-
-def _interpreters() -> list[str]:
-    """Possible paths of this Python's program. Other names are left out: such a program may have gonio built in."""
-    name = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    homes = (sys.exec_prefix, sys.base_exec_prefix)
-    programs = [spawn.get_executable(), sys.executable, getattr(sys, "_base_executable", None)]
-    programs += [str(Path(home, *place)) for home in homes for place in (("bin", name), ("python.exe",))]
-    paths = dict.fromkeys(os.fsdecode(x) for x in programs if x)
-    return [x for x in paths if Path(x).name.lower().startswith(("python", "pypy"))]
+    raise no_interpreter(f"{words[1]}: HDF files are read", failures)

@@ -33,7 +33,7 @@ class Subject(NamedTuple):
         if isinstance(m, Measured) and m.path:
             return cls(name, m, str(m.path), [f"{k}={v}" for k, v in m.provenance.get("options", {}).items()])
         entry = builtin.find(name)
-        if entry is not None and repr(builtin.material(entry.name)) == repr(m):
+        if entry is not None and builtin.material(entry.name) == m:
             return cls(name, m, entry.name)
         return cls(name, m, repr(m))
 
