@@ -256,7 +256,7 @@ def _ply_header(content: bytes) -> tuple[list[list[str]], bytes]:
     mark = content.find(b"end_header", 0, HEADER)
     end = content.find(b"\n", mark, HEADER)
     if not content.startswith(b"ply") or mark < 0 or end < 0:
-        raise ValueError(f"no header of a PLY file in its first {HEADER} bytes")
+        raise ValueError(f"expected a header, ply to end_header, in its first {HEADER} bytes")
     return [line.decode("latin-1").split() for line in content[:mark].splitlines()], content[end + 1 :]
 
 
