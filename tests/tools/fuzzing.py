@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import importlib.util
 import io
 import json
 import os
@@ -33,9 +32,6 @@ import xarray  # noqa: F401  (loaded before memory is limited)
 import gonio as gn
 from gonio.evaluate import batch
 from gonio.formats._reading import hdf, hdf_probe
-
-if importlib.util.find_spec("openpyxl"):
-    import openpyxl  # noqa: F401  (loaded before memory is limited)
 
 # All libraries that reading may need are loaded above: loading one where memory is limited may never end.
 

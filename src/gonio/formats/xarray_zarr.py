@@ -272,6 +272,8 @@ def _files(path: Path) -> Iterator[tuple[str, int, int, bytes]]:
                 continue
             if Path(entry.filename).as_posix() != entry.filename:
                 raise FormatError(f"{path}: {entry.filename!r} is a name that no store has; pack it again")
+            if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+                raise FormatError(f"{path}: {entry.filename} is packed as no store is; pack it again: zip -0 -r")
             if entry.file_size > COMPRESSED * entry.compress_size + SMALL:
                 raise FormatError(f"{path}: {entry.filename} unpacks to {entry.file_size} bytes, more than zip allows")
             with packed.open(entry) as content:
