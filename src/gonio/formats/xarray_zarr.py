@@ -3,8 +3,8 @@
 Zarr 2 is written, 2 and 3 are read. Before anything is read, every array's description is checked: how large it is
 beside the files, and that its codecs are known ones (one of those that Zarr 2 may name runs what it reads); and every
 packed chunk: that it is there, how large it says that it was, and is (blosc reads on beyond the end of one that is cut
-short), and what it unpacks to where it does not say so. Zarr has the fill value for a chunk that is not there; here that
-is an error, unless it is NaN: a copy that was interrupted would be read as zeros.
+short), and what it unpacks to where it does not say so. Zarr has the fill value for a chunk that is not there. Here
+that is an error, unless it is NaN: a copy that was interrupted would be read as zeros.
 """
 
 from __future__ import annotations
