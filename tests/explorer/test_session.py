@@ -23,6 +23,8 @@ def answer(number, message):
     if word == b"sleep":
         time.sleep(float(seconds))
     with lock:
+        if word == b"block":
+            time.sleep(float(seconds))
         content = str(os.getpid()).encode()
         sys.stdout.buffer.write(struct.pack("<II", number, len(content)) + content)
         sys.stdout.buffer.flush()
@@ -77,7 +79,7 @@ def test_a_time_out_ends_its_call_alone(workers):
 
 def test_quick_calls_go_on_beside_long_ones(workers):
     found, _ = workers
-    long = found.ask("check", b"sleep 3")
+    long = found.ask("check", b"block 3")  # of whom nobody else gets an answer, in the same process
     took = []
     while not long.done():
         begun = time.monotonic()
