@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import os
 import resource
@@ -49,6 +50,48 @@ def child(code: str) -> subprocess.CompletedProcess:
     return subprocess.run(
         [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=300, check=False
     )
+
+
+def chunk_of_zstd(size: int) -> bytes:
+    """A frame that does not say how long it was: blocks of 128 kB, each one byte that is repeated."""
+    blocks = [(k == 0) | 1 << 1 | 1 << 20 for k in reversed(range(size >> 17))]
+    return b"\x28\xb5\x2f\xfd\x00\x58" + b"".join(header.to_bytes(3, "little") + b"\0" for header in blocks)
+
+
+@stores
+@pytest.mark.parametrize("form", ["zarr", "zip"])
+@pytest.mark.parametrize("codec", ["gzip", "zlib", "zstd", "twice"])
+def test_a_chunk_unpacks_to_no_more_than_its_array_holds(form, codec, tmp_path):
+    """Of 72 bytes of numbers: 50 MB in a chunk that does not say so."""
+    store = tmp_path / "a.zarr"
+    gn.save(grid(), store)
+    packed = {"gzip": gzip.compress, "zlib": zlib.compress, "zstd": lambda zeros: chunk_of_zstd(len(zeros))}
+    packed["twice"] = lambda zeros: zlib.compress(zlib.compress(zeros, 1), 1)
+    array = json.loads((store / "values" / ".zarray").read_text())
+    array |= {"compressor": {"id": codec.replace("twice", "zlib"), "level": 1}}
+    array |= {"filters": [{"id": "zlib", "level": 1}]} if codec == "twice" else {}
+    (store / "values" / ".zarray").write_text(json.dumps(array))
+    (store / ".zmetadata").unlink()
+    (chunk,) = (name for name in (store / "values").iterdir() if name.name[0] != ".")
+    chunk.write_bytes(packed[codec](bytes(50_000_000)))
+    path = store
+    if form == "zip":
+        path = tmp_path / "a.zip"
+        with zipfile.ZipFile(path, "w") as file:
+            for name in sorted(p for p in store.rglob("*") if p.is_file()):
+                file.write(name, name.relative_to(store))
+    with pytest.raises(FormatError, match=r"unpacks to|the last of them"):
+        gn.load(path)
+
+
+@stores
+def test_stores_in_zip_files_are_packed_as_stores_are(tmp_path):
+    gn.save(grid(), tmp_path / "a.zip")
+    with zipfile.ZipFile(tmp_path / "a.zip") as old, zipfile.ZipFile(tmp_path / "b.zip", "w", zipfile.ZIP_BZIP2) as new:
+        for name in old.namelist():
+            new.writestr(name, old.read(name))
+    with pytest.raises(FormatError, match="packed as no store is"):
+        gn.load(tmp_path / "b.zip")
 
 
 def foreign(path: Path, zarr_format: int, **encoding: object) -> Path:

@@ -1,8 +1,10 @@
 """The server, asked as a page asks it and as nobody should: everything over real sockets."""
 
+import contextlib
 import json
 import os
 import signal
+import socket
 import time
 from urllib.parse import quote
 
@@ -242,16 +244,85 @@ def test_a_worker_that_fails_is_followed_by_another(explorer, call):
 
 def test_a_worker_that_is_killed(explorer):
     assert explorer.ask("names")["ok"]
-    (worker,) = explorer.children()
+    workers = explorer.children()
     with explorer.socket() as connection:
         connection.send('{"id": 1, "call": "hang"}')
         time.sleep(0.3)
-        os.kill(worker, signal.SIGKILL)
+        for worker in workers:
+            os.kill(worker, signal.SIGKILL)
         found = unpacked(connection.recv(timeout=60))
         assert not found["ok"] and "SIGKILL" in found["error"]
         connection.send('{"id": 2, "call": "names"}')
         assert unpacked(connection.recv(timeout=60))["ok"]
-    assert explorer.children() != [worker]
+    assert {*workers}.isdisjoint(explorer.children())
+
+
+def test_a_time_out_in_one_tab_ends_no_call_of_another(explorer):
+    with explorer.socket() as a, explorer.socket() as b:
+        a.send('{"id": 1, "call": "hang"}')
+        b.send('{"id": 1, "call": "slow"}')
+        b.send('{"id": 2, "call": "f", "text": "gold", "wi": [[0, 0, 1]], "wo": [[0, 0, 1]]}')
+        assert unpacked(b.recv(timeout=60))["id"] == 2
+        assert "took more than 1 s" in unpacked(a.recv(timeout=60))["error"]
+        assert unpacked(b.recv(timeout=60))["ok"]
+
+
+def ends_within(connection, seconds):
+    """Whether the server hangs up."""
+    connection.settimeout(seconds)
+    try:
+        while connection.recv(1 << 16):
+            pass
+    except TimeoutError:
+        return False
+    except OSError:
+        pass
+    return True
+
+
+def test_connections_that_say_nothing_take_no_places(explorer):
+    """Seventy, some with half a request, a wrong token, or asking for a socket without it; then they are closed."""
+    said = [b"", b"GET / HTTP/1.1\r\nHost: a", f"GET /{explorer.token}/ HTTP/1.1\r\nHost:".encode()]
+    said += [f"POST /x/ HTTP/1.1\r\nHost: {explorer.host}\r\nContent-Length: 100\r\n\r\n".encode()]
+    key = (
+        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
+        + "A" * 22
+        + "=="
+    )
+    said += [f"GET /x/socket HTTP/1.1\r\nHost: {explorer.host}\r\n{key}\r\n\r\n".encode()]
+    with explorer.socket() as tab, contextlib.ExitStack() as stack:
+        silent = []
+        for k in range(70):
+            silent.append(stack.enter_context(socket.create_connection(("127.0.0.1", explorer.port))))
+            silent[-1].sendall(said[k % len(said)])
+        for _ in range(3):
+            assert explorer.get("")[0] == 200
+            assert explorer.ask("names")["ok"]
+        assert explorer.upload("a.json", b"{}")[0] == 200
+        tab.send('{"id": 1, "call": "f", "text": "gold", "wi": [[0, 0, 1]], "wo": [[0, 0, 1]]}')
+        assert unpacked(tab.recv(timeout=60))["ok"]
+        assert all(ends_within(each, 5.0) for each in silent)
+
+
+def test_a_request_is_there_soon_or_its_connection_is_closed(explorer):
+    """Of who has shown the token: a second request that stops within its head, a file that stops; not a slow one."""
+    get = f"GET /{explorer.token}/ HTTP/1.1\r\nHost: {explorer.host}\r\n"
+    upload = f"POST /{explorer.token}/upload?name=a HTTP/1.1\r\nHost: {explorer.host}\r\nContent-Length: 8\r\n\r\n"
+    with contextlib.ExitStack() as stack:
+        head, body, slow = (
+            stack.enter_context(socket.create_connection(("127.0.0.1", explorer.port))) for _ in range(3)
+        )
+        head.sendall(f"{get}\r\n{get}".encode())
+        body.sendall(f"{upload}1234".encode())
+        slow.sendall(upload.encode())
+        for _ in range(8):
+            time.sleep(0.4)
+            slow.sendall(b"1")
+            with contextlib.suppress(OSError):
+                head.sendall(b"a: b\r\n")  # does not help
+        assert ends_within(head, 2.0) and ends_within(body, 2.0)
+        slow.settimeout(5.0)
+        assert slow.recv(1 << 16).startswith(b"HTTP/1.1 200")
 
 
 def test_calls_do_not_wait_for_others(explorer):

@@ -93,4 +93,3 @@ def test_the_address_for_the_browser_leads_to_the_page_once(tmp_path):
     status, headers = asked(server, "/open/once")
     assert (status, headers[b"location"]) == (302, b"http://127.0.0.1:8000/token/")
     assert asked(server, "/open/once")[0] == asked(server, "/open/")[0] == 404
-    server.close()

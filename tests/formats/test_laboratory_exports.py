@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from format_cases import at, file_of
 from xlsx_files import workbook
 
 import gonio as gn
-from gonio.errors import DependencyError, FormatError, MeaningWarning, ParameterError
+from gonio.errors import FormatError, MeaningWarning, ParameterError
 
 PAIRS = [(i, o, phi) for i in (0.0, 30.0, 60.0) for o in (0.0, 12.5, 25.0, 40.5, 70.0) for phi in (0.0, 90.0, 180.0)]
 IN_PLANE = [(i, -o if phi else o, 0.0) for i, o, phi in PAIRS if phi != 90.0 and not (o == 0.0 and phi)]
@@ -240,7 +239,6 @@ def test_colours(tmp_path):
 
 
 def test_a_workbook(tmp_path):
-    pytest.importorskip("openpyxl")
     rows = [["PTFE"], [], [None, "AOI [°]", "theta_r [°]", "dphi [°]", "BRDF [1/sr]", "U(k=2)", "Remarks"]]
     rows += [[None, i, o, phi, truth(i, o, phi), 0.004, "ok"] for i, o, phi in PAIRS]
     data = workbook({"Setup": [["Instrument", "GSP-7"]], "Data": rows})
@@ -480,12 +478,6 @@ def test_one_incidence_that_the_reader_states(tmp_path):
 def test_a_spectrum_without_angles_is_no_table_of_directions(tmp_path):
     m = gn.load(file_of(tmp_path, "wavelength (nm);reflectance\n400;0.3\n500;0.3\n"))
     assert m.format == "reflectance spectrum"
-
-
-def test_workbooks_need_openpyxl(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "openpyxl", None)
-    with pytest.raises(DependencyError, match=r"pip install 'gonio\[io\]', or save the sheet as CSV"):
-        gn.load(file_of(tmp_path, workbook({"Data": [["AOI", "f"], [1.0, 2.0]]}), "a.xlsx"))
 
 
 def test_a_comma_is_what_is_said(tmp_path):

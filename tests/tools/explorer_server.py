@@ -1,7 +1,7 @@
 """A server of `gonio view` in a process of its own, with a page of a few lines, and a client of it.
 
 `python explorer_server.py MATERIAL ...` is `gonio view MATERIAL ...` with more calls: "crash", "hang" and "exhaust",
-of which the last two are ended after a second.
+of which the last two are ended after a second, and "slow", which takes three; a request must be there in two seconds.
 """
 
 from __future__ import annotations
@@ -45,18 +45,24 @@ def hang(shelf):
 def exhaust(shelf):
     bytes(1 << 60)
 
-calls.CALLS.update(crash=crash, hang=hang, exhaust=exhaust)
+def slow(shelf):
+    time.sleep(3.0)
+    return {}
+
+calls.CALLS.update(crash=crash, hang=hang, exhaust=exhaust, slow=slow)
 """
 
 
 def main() -> None:
     """The command line, with this page and these calls."""
     from gonio.cli.commands import main as command_line
-    from gonio.explorer import messages, page, process
+    from gonio.explorer import connections, messages, page, process
 
     files = {name: page.File(text.encode(), page.TYPES[Path(name).suffix]) for name, text in PAGE.items()}
     page.files = lambda: files
     messages.CALLS.update({name: messages.Call(1.0, {}) for name in ("crash", "hang", "exhaust")})
+    messages.CALLS["slow"] = messages.Call(60.0, {})
+    connections.PATIENCE = 2.0
     python, unsafe, code, text = process.command()
     process.command = lambda: [python, unsafe, code, f"exec({MORE_CALLS!r}); {text}"]
     exec(MORE_CALLS, {})  # with globals of their own, as in the worker

@@ -1,7 +1,7 @@
 """All that is damaged and read, by name.
 
-Minimal files of every format, whole ones where minimal ones are refused for their length, and datasets of those that
-hold datasets.
+Minimal files of every format, whole ones where minimal ones are refused for their length, datasets of those that hold
+datasets, and meshes.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pathlib import Path
 import xarray
 from fuzzing import mutated, outcome, outcome_of
 from fuzzing_datasets import mutated_dataset
+from mesh_files import MESHES
 from seeds import SEEDS, mcd43, small_grid, small_rows
 
 import gonio as gn
@@ -22,8 +23,23 @@ from gonio.formats.mcd43 import read_dataset
 
 
 def _file(name: str, path: Path) -> Callable[[int], str]:
-    seed = SEEDS[name]()
-    return lambda number: outcome(mutated(seed, number), path, evaluate=number % 16 == 0)
+    seed, times = SEEDS[name](), 30 if name in WORKBOOKS else 64
+    return lambda number: outcome(mutated(seed, number), path, evaluate=number % 16 == 0, times=times)
+
+
+WORKBOOKS = ("Excel", "RT-300S workbook")
+"""Files that are unpacked, or whose numbers share their strings: 30 times their size of memory are allowed."""
+
+
+def _mesh(name: str, path: Path) -> Callable[[int], str]:
+    seed = MESHES[name]()
+    place = path.with_name(f"{path.name}{Path(f'a{name}').suffix}")
+
+    def trial(number: int) -> str:
+        place.write_bytes(data := mutated(seed, number))
+        return outcome_of(lambda: gn.Mesh(place), len(data), times=30)
+
+    return trial
 
 
 def _whole_merl(path: Path) -> Callable[[int], str]:
@@ -54,6 +70,7 @@ def _modis(path: Path) -> Callable[[int], str]:
 
 TRIALS: dict[str, Callable[[Path], Callable[[int], str]]] = {
     **{name: partial(_file, name) for name in SEEDS},
+    **{f"mesh {name}": partial(_mesh, name) for name in MESHES},
     "MERL whole": _whole_merl,
     "dataset": _measurement,
     "MCD43A1 dataset": _modis,

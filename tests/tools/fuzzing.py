@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import importlib.util
 import io
 import json
 import os
@@ -19,6 +18,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from random import Random
+from typing import Any
 from unittest import mock
 from zipfile import ZipFile, ZipInfo
 
@@ -32,9 +32,6 @@ import xarray  # noqa: F401  (loaded before memory is limited)
 import gonio as gn
 from gonio.evaluate import batch
 from gonio.formats._reading import hdf, hdf_probe
-
-if importlib.util.find_spec("openpyxl"):
-    import openpyxl  # noqa: F401  (loaded before memory is limited)
 
 # All libraries that reading may need are loaded above: loading one where memory is limited may never end.
 
@@ -243,18 +240,18 @@ class Hang(BaseException):
     """Reading took longer than `LONGEST`: no Exception, so that nobody but the campaign can catch it."""
 
 
-def allowed(size: int) -> int:
-    """Bytes of memory that reading a file of this size may take: 64 MB, and 64 times its size."""
-    return (64 << 20) + 64 * size
+def allowed(size: int, times: int = 64) -> int:
+    """Bytes of memory that reading a file of this size may take: 64 MB, and so many times its size."""
+    return (64 << 20) + times * size
 
 
 @contextmanager
-def bounded_memory(size: int) -> Iterator[None]:
+def bounded_memory(size: int, times: int = 64) -> Iterator[None]:
     """At most `allowed` more memory than now."""
     with Path("/proc/self/statm").open(encoding="ascii") as file:
         now = int(file.read().split()[0]) * resource.getpagesize()
     old = resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_AS, (now + allowed(size), old[1]))
+    resource.setrlimit(resource.RLIMIT_AS, (now + allowed(size, times), old[1]))
     try:
         yield
     finally:
@@ -281,10 +278,10 @@ def bounded_time() -> Iterator[None]:
 
 
 @contextmanager
-def reading(size: int) -> Iterator[None]:
+def reading(size: int, times: int = 64) -> Iterator[None]:
     """For reading a damaged file of this size, in bounded memory: values may be anything."""
-    probed = partial(probed_by_one, allowed(size))
-    with warnings.catch_warnings(), bounded_memory(size), mock.patch.object(hdf, "probed", probed):
+    probed = partial(probed_by_one, allowed(size, times))
+    with warnings.catch_warnings(), bounded_memory(size, times), mock.patch.object(hdf, "probed", probed):
         warnings.simplefilter("ignore")
         yield
 
@@ -329,19 +326,19 @@ WI = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [-0.48, 0.64, 0.6]])
 WO = np.array([[0.0, 0.6, 0.8], [-0.6, 0.0, 0.8], [0.0, 0.0, 1.0]])
 
 
-def outcome(data: bytes, path: Path, evaluate: bool = False) -> str:
+def outcome(data: bytes, path: Path, evaluate: bool = False, times: int = 64) -> str:
     """What reading a file of these bytes comes to: "read", or the error's words without names and numbers.
 
     Raises whatever is no `gonio.Error`: that is a finding. `evaluate`: look at the values of what was read, too.
     """
     path.write_bytes(data)
-    return outcome_of(lambda: gn.load(path), len(data), evaluate)
+    return outcome_of(lambda: gn.load(path), len(data), evaluate, times)
 
 
-def outcome_of(read: Callable[[], gn.Reflectance], size: int, evaluate: bool = False) -> str:
+def outcome_of(read: Callable[[], Any], size: int, evaluate: bool = False, times: int = 64) -> str:
     """The same of what a function reads."""
     try:
-        with reading(size), bounded_time():
+        with reading(size, times), bounded_time():
             m = read()
             if evaluate:
                 shape = np.shape(m.f(WI, WO))

@@ -1,4 +1,4 @@
-"""Excel workbooks (`.xlsx`), written from the layout of ECMA-376: what gonio's reader, openpyxl, did not write."""
+"""Excel workbooks (`.xlsx`), written from the layout of ECMA-376: what gonio does not write itself."""
 
 from __future__ import annotations
 
@@ -15,6 +15,11 @@ TYPE = "application/vnd.openxmlformats-officedocument.spreadsheetml"
 
 def workbook(sheets: Mapping[str, Sequence[Sequence[str | float | None]]]) -> bytes:
     """A workbook of these sheets; None is an empty cell."""
+    return packed(parts_of(sheets))
+
+
+def parts_of(sheets: Mapping[str, Sequence[Sequence[str | float | None]]]) -> dict[str, str]:
+    """The parts of a workbook by name."""
     numbered = [*enumerate(sheets.items(), 1)]
     parts = {
         "[Content_Types].xml": f'<Types xmlns="{PACKAGE}/content-types">'
@@ -34,11 +39,23 @@ def workbook(sheets: Mapping[str, Sequence[Sequence[str | float | None]]]) -> by
     for k, (_, rows) in numbered:
         lines = "".join(f'<row r="{r}">{_cells(r, row)}</row>' for r, row in enumerate(rows, 1))
         parts[f"xl/s{k}.xml"] = f'<worksheet xmlns="{MAIN}"><sheetData>{lines}</sheetData></worksheet>'
-    packed = io.BytesIO()
-    with ZipFile(packed, "w") as file:
+    return parts
+
+
+def with_part(parts: Mapping[str, str], kind: str, text: str) -> dict[str, str]:
+    """The parts with another one, "sharedStrings" or "styles"."""
+    named = f'<Relationship Id="{kind}" Type="{RELATIONS}/{kind}" Target="{kind}.xml"/></Relationships>'
+    relations = "xl/_rels/workbook.xml.rels"
+    return {**parts, relations: parts[relations].replace("</Relationships>", named), f"xl/{kind}.xml": text}
+
+
+def packed(parts: Mapping[str, str], how: int = ZIP_DEFLATED) -> bytes:
+    """A workbook of these parts."""
+    found = io.BytesIO()
+    with ZipFile(found, "w") as file:
         for name, text in parts.items():
-            file.writestr(ZipInfo(name), f'<?xml version="1.0" encoding="UTF-8"?>{text}', ZIP_DEFLATED)
-    return packed.getvalue()
+            file.writestr(ZipInfo(name), f'<?xml version="1.0" encoding="UTF-8"?>{text}', how)
+    return found.getvalue()
 
 
 def _cells(number: int, row: Sequence[str | float | None]) -> str:

@@ -44,7 +44,7 @@ def material(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any
     """MATERIAL of the protocol; those of the command line are described once."""
     if replaced or text not in shelf.given:
         return described(shelf, text, replaced)
-    with shelf.telling:
+    with shelf.alone(f"describe {text}"):
         if text not in shelf.told:
             shelf.told[text] = described(shelf, text, {})
     return shelf.told[text]

@@ -10,8 +10,6 @@ import asyncio
 import contextlib
 import hmac
 from collections.abc import Awaitable, Callable, MutableMapping
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Error, ParameterError, visible
@@ -47,7 +45,6 @@ class Server:
         self.session, self.uploads, self.files = session, uploads, files
         self.token, self.once = token, once
         self.hosts = tuple(f"{name}:{port}" for name in ("127.0.0.1", "localhost"))
-        self._threads = {name: ThreadPoolExecutor(1, f"ask {name}") for name in CALLS}
         routes = [
             Route("/upload", self._upload, methods=["POST"]),
             WebSocketRoute("/socket", self._socket),
@@ -90,8 +87,12 @@ class Server:
         if scope["type"] == "http" and first == OPEN and self.once and _same(rest, self.once):
             self.once = ""
             return hosts[0], 302
-        is_known = _same(first, self.token) and scope["path"].startswith(self.path)
-        return hosts[0], 0 if is_known else 404
+        return hosts[0], 0 if self.knows(scope) else 404
+
+    def knows(self, scope: Scope) -> bool:
+        """Whether a request shows the token."""
+        first = scope["path"].removeprefix("/").partition("/")[0]
+        return _same(first, self.token) and scope["path"].startswith(self.path)
 
     async def _redirect(self, host: str, send: Send) -> None:
         await _plain(send, 302, host, {"location": f"http://{host}{self.path}"})
@@ -121,10 +122,11 @@ class Server:
 
     async def _socket(self, socket: WebSocket) -> None:
         await socket.accept()
+        turns = {name: asyncio.Lock() for name in CALLS}
         waiting: set[asyncio.Task[None]] = set()
         try:
             while (message := await socket.receive())["type"] == "websocket.receive":
-                task = asyncio.create_task(self._answer(socket, message.get("text")))
+                task = asyncio.create_task(self._answer(socket, turns, message.get("text")))
                 waiting.add(task)
                 task.add_done_callback(waiting.discard)
                 while len(waiting) >= MOST_WAITING:
@@ -133,7 +135,7 @@ class Server:
             for task in waiting:
                 task.cancel()
 
-    async def _answer(self, socket: WebSocket, message: str | None) -> None:
+    async def _answer(self, socket: WebSocket, turns: dict[str, asyncio.Lock], message: str | None) -> None:
         number = None
         try:
             if message is None:
@@ -141,17 +143,12 @@ class Server:
             data = decoded(message)
             number = number_of(data)
             name, asked = request(data)
-            ask = partial(self.session.ask, name, asked)
-            content = await asyncio.get_running_loop().run_in_executor(self._threads[name], ask)
+            async with turns[name]:
+                content = await asyncio.wrap_future(self.session.ask(name, asked))
         except Error as error:
             content = refusal(number, str(error))
         with contextlib.suppress(Exception):  # the page is gone
             await socket.send_bytes(content)
-
-    def close(self) -> None:
-        """Ask nothing more."""
-        for thread in self._threads.values():
-            thread.shutdown(wait=False, cancel_futures=True)
 
 
 def _same(a: str, b: str) -> bool:

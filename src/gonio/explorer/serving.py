@@ -26,9 +26,6 @@ HOST = "127.0.0.1"
 PATIENCE = 2
 """Seconds that open sockets have to end."""
 
-CONNECTIONS = 64
-"""The most connections at a time."""
-
 
 def serve(
     given: Sequence[Given],
@@ -48,7 +45,6 @@ def serve(
         listener = stack.enter_context(_listening(port))
         port = listener.getsockname()[1]
         server = Server(session, Uploads(folder), files, port, secrets.token_urlsafe(32), secrets.token_urlsafe(16))
-        stack.callback(server.close)
         for item in given:
             if not Path(item.text).exists():  # files are the worker's: their errors stand on the page
                 item.material()
@@ -79,16 +75,18 @@ def _listening(port: int) -> Iterator[socket.socket]:
             listener.bind((HOST, port))
         except OSError as error:
             raise ParameterError(f"port {port}: {error.strerror}; expected a free one, or no --port") from None
-        listener.listen(CONNECTIONS)
+        listener.listen()
         yield listener
 
 
 def _run(server: Server, listener: socket.socket) -> None:
     import uvicorn
 
+    from .connections import CONNECTIONS, STRANGERS, Connection
+
     config = uvicorn.Config(
         server,
-        http="h11",
+        http=Connection,
         ws="websockets-sansio",
         loop="asyncio",
         lifespan="off",
@@ -99,7 +97,7 @@ def _run(server: Server, listener: socket.socket) -> None:
         proxy_headers=False,
         ws_max_size=MOST_BYTES,
         ws_per_message_deflate=False,
-        limit_concurrency=CONNECTIONS,
+        limit_concurrency=CONNECTIONS + STRANGERS,
         timeout_graceful_shutdown=PATIENCE,
     )
     running = uvicorn.Server(config)

@@ -5,10 +5,11 @@ No text of a page opens another file: expressions are read without files, and a 
 
 from __future__ import annotations
 
+import contextlib
 import re
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,9 +39,22 @@ class Shelf:
         self.uploads = uploads
         self._kept: OrderedDict[str, Reflectance] = OrderedDict()
         self._lock = threading.Lock()
+        self._turns: dict[str, threading.Lock] = {}
         self.told: dict[str, dict[str, Any]] = {}
         """Descriptions of materials of the command line, which are made before the page asks for them."""
-        self.telling = threading.Lock()
+
+    @contextlib.contextmanager
+    def alone(self, what: str) -> Iterator[None]:
+        """One thread at a time for each word."""
+        with self._lock:
+            turn = self._turns.setdefault(what, threading.Lock())
+        try:
+            with turn:
+                yield
+        finally:
+            with self._lock:
+                if not turn.locked():
+                    self._turns.pop(what, None)
 
     def upload(self, text: str) -> Path | None:
         """The file of a text such as "upload:3/gold.binary"; None for other texts. NotFoundError where it is none."""
@@ -54,13 +68,15 @@ class Shelf:
 
     def material(self, text: str, replaced: Mapping[str, Any]) -> Reflectance:
         """The material of a text, with numbers and words replaced by path."""
-        with self._lock:
-            m = self._kept.pop(text, None)
+        with self.alone(f"read {text}"):
+            with self._lock:
+                m = self._kept.pop(text, None)
             if m is None:
                 m = _at_wavelengths(self._read(text))
-            self._kept[text] = m
-            while len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
+            with self._lock:
+                self._kept[text] = m
+                while len(self._kept) > KEPT:
+                    self._kept.popitem(last=False)
         return _changed(m, replaced) if replaced else m
 
     def _read(self, text: str) -> Reflectance:

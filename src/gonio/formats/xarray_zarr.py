@@ -2,15 +2,16 @@
 
 Zarr 2 is written, 2 and 3 are read. Before anything is read, every array's description is checked: how large it is
 beside the files, and that its codecs are known ones (one of those that Zarr 2 may name runs what it reads); and every
-packed chunk: that it is there, and how large it says that it was, and is (blosc reads on beyond the end of one that is
-cut short). Zarr has the fill value for a chunk that is not there. Here that is an error, unless it is NaN: a copy that
-was interrupted would be read as zeros.
+packed chunk: that it is there, how large it says that it was, and is (blosc reads on beyond the end of one that is cut
+short), and what it unpacks to where it does not say so. Zarr has the fill value for a chunk that is not there. Here
+that is an error, unless it is NaN: a copy that was interrupted would be read as zeros.
 """
 
 from __future__ import annotations
 
 import asyncio
 import base64
+import contextlib
 import itertools
 import json
 import math
@@ -19,7 +20,8 @@ import re
 import stat
 import struct
 import zipfile
-from collections.abc import Iterator
+import zlib
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +51,11 @@ CODECS = {
     *("blosc", "zstd", "gzip", "zlib", "lz4", "crc32", "crc32c", "adler32", "fletcher32"),
     *("bytes", "endian", "transpose", "shuffle", "delta", "vlen-utf8", "numcodecs.zlib", "numcodecs.shuffle"),
 }
+PACKERS = {"blosc", "zstd", "gzip", "zlib", "numcodecs.zlib", "lz4"}
+DEFLATE = 1032  # nothing that deflate packed is more than this many times as long unpacked
+BLOCK = 2**17  # bytes that a block of zstd unpacks to at most
 CLAIM = 18  # bytes of a packed chunk in which it says how large it was, see `_claimed`
+ZSTD = b"\x28\xb5\x2f\xfd"
 ZIPPED = b"PK\x03\x04"
 
 
@@ -212,19 +218,36 @@ def _inspect(path: Path) -> set[str]:
             arrays[folder] = codecs | {*_codecs(array)}, max(most, taken)
     if total > COMPRESSED * size + SMALL:
         raise FormatError(f"{path}: says that it holds {total} bytes of numbers, which {size} bytes of files cannot")
-    for chunk, length, content in chunks:
+    with _whole(path) as whole:
+        _expect_small(path, chunks, arrays, whole)
+    for chunk, _, _ in chunks:
         folder = next((folder for folder in chunk.parents if folder in arrays), Path())
-        codecs, taken = arrays.get(folder, (set(), 0))
         keys.setdefault(folder, set()).add(chunk.relative_to(folder).as_posix())
-        claimed = _claimed(content, codecs)
-        if claimed > taken + SMALL:
-            raise FormatError(f"{path}: {chunk} says that it unpacks to {claimed} bytes, expected at most {taken}")
-        if "blosc" in codecs and (length < CLAIM or int.from_bytes(content[12:16], "little") > length):
-            raise FormatError(f"{path}: {chunk} is cut short: it has {length} bytes, expected what its header says")
     for folder, array in described_alone:
         if folder.as_posix() in NEEDED:
             _refuse_lost(path, folder, array, keys.get(folder, set()))
     return {folder.as_posix() for folder, _ in described_alone}
+
+
+def _expect_small(
+    path: Path,
+    chunks: list[tuple[Path, int, bytes]],
+    arrays: dict[Path, tuple[set[str], int]],
+    whole: Callable[[Path], bytes],
+) -> None:
+    """FormatError where a chunk unpacks to more than its array has, or is cut short."""
+    for chunk, length, content in chunks:
+        folder = next((folder for folder in chunk.parents if folder in arrays), Path())
+        codecs, taken = arrays.get(folder, (set(), 0))
+        claimed = _claimed(content, codecs)
+        if "zstd" in codecs and not claimed:
+            claimed = _blocks(whole(chunk))
+        elif codecs & {"gzip", "zlib", "numcodecs.zlib"} and DEFLATE * length > taken + SMALL:
+            claimed = _inflated(whole(chunk), taken + SMALL)
+        if claimed > taken + SMALL:
+            raise FormatError(f"{path}: {chunk} says that it unpacks to {claimed} bytes, expected at most {taken}")
+        if "blosc" in codecs and (length < CLAIM or int.from_bytes(content[12:16], "little") > length):
+            raise FormatError(f"{path}: {chunk} is cut short: it has {length} bytes, expected what its header says")
 
 
 def _refuse_lost(path: Path, folder: Path, array: dict[str, Any], keys: set[str]) -> None:
@@ -272,6 +295,8 @@ def _files(path: Path) -> Iterator[tuple[str, int, int, bytes]]:
                 continue
             if Path(entry.filename).as_posix() != entry.filename:
                 raise FormatError(f"{path}: {entry.filename!r} is a name that no store has; pack it again")
+            if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+                raise FormatError(f"{path}: {entry.filename} is packed as no store is; pack it again: zip -0 -r")
             if entry.file_size > COMPRESSED * entry.compress_size + SMALL:
                 raise FormatError(f"{path}: {entry.filename} unpacks to {entry.file_size} bytes, more than zip allows")
             with packed.open(entry) as content:
@@ -302,6 +327,45 @@ def _claimed(start: bytes, codecs: set[str]) -> int:
     return int.from_bytes(start[:4], "little") if "lz4" in codecs else 0
 
 
+@contextlib.contextmanager
+def _whole(path: Path) -> Iterator[Callable[[Path], bytes]]:
+    """What reads a file of a store."""
+    if path.is_dir():
+        yield lambda name: (path / name).read_bytes()
+        return
+    with zipfile.ZipFile(path) as packed:
+        yield lambda name: packed.read(name.as_posix())
+
+
+def _inflated(content: bytes, most: int) -> int:
+    """Bytes that deflate unpacks a chunk to, all members of gzip, counted until they are more than `most`."""
+    size = 0
+    while content and size <= most:
+        stream = zlib.decompressobj(zlib.MAX_WBITS | 32)
+        while content and not stream.eof and size <= most:
+            size += len(stream.decompress(content, SMALL))
+            content = stream.unconsumed_tail
+        content = stream.unused_data if stream.unused_data.startswith(b"\x1f\x8b") else b""
+    return size
+
+
+def _blocks(content: bytes) -> int:
+    """Bytes that zstd unpacks a chunk to at most, by its blocks (RFC 8878)."""
+    size = at = 0
+    while len(content) - at > CLAIM and content[at : at + 4] == ZSTD:
+        described = content[at + 4]
+        is_single = described >> 5 & 1
+        at += 6 - is_single + (0, 1, 2, 4)[described & 3] + (is_single, 2, 4, 8)[described >> 6]
+        is_last = False
+        while at < len(content) and not is_last:
+            header = int.from_bytes(content[at : at + 3], "little")
+            is_last, kind, length = bool(header & 1), header >> 1 & 3, header >> 3
+            size += length if kind < 2 else BLOCK
+            at += 3 + (1 if kind == 1 else length)
+        at += 4 * (described >> 2 & 1)
+    return size
+
+
 def _arrays(name: str, described: Any) -> Iterator[tuple[str, dict[str, Any]]]:
     """Descriptions of arrays: the one in a file, or those that a file collects."""
     if not isinstance(described, dict):
@@ -324,8 +388,8 @@ def _bytes(array: dict[str, Any], where: str) -> int:
         raise FormatError(f"{where}: is coded by {', '.join(map(repr, unknown))}, expected one of {sorted(CODECS)}")
     if "data_type" in array and codecs[-1:] == ["crc32c"]:  # a checksum after the others' output
         codecs.pop()
-    if "blosc" in codecs[:-1]:
-        raise FormatError(f"{where}: is coded by {', '.join(codecs)}, expected blosc to be the last of them")
+    if not PACKERS.isdisjoint(codecs[:-1]):
+        raise FormatError(f"{where}: is coded by {', '.join(codecs)}, expected what packs to be the last of them")
     if any(int(n) < 1 for n in chunks or []):
         raise FormatError(f"{where}: chunks of {chunks!r:.60}, expected at least 1 along every axis")
     count = max(math.prod(max(int(n), 0) for n in counts) for counts in (array["shape"], chunks or []))

@@ -14,7 +14,9 @@ from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..numbers import numbers
 
 CHUNK = 1 << 16
-"""Rays that a thread takes at a time."""
+"""Rays that a thread takes at a time, and faces that are checked at a time."""
+
+MANIFOLD = "expected at most 2 at each edge (a manifold): divide the mesh there into several"
 
 
 class Hits(NamedTuple):
@@ -177,17 +179,33 @@ def _checked(vertices: Any, faces: Any) -> tuple[np.ndarray, np.ndarray]:
         raise ParameterError(
             f"faces name vertices {faces.min():g} to {faces.max():g}, expected 0 to {len(vertices) - 1}"
         )
+    if len(faces) * (faces.shape[1] - 2) > most_faces(len(vertices)):
+        raise ParameterError(f"{len(faces)} faces of {len(vertices)} vertices, {MANIFOLD}")
     faces = faces.astype(np.int32)
     if faces.shape[1] == 4:
         faces = faces[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-    corners = vertices[faces]
-    size = np.linalg.norm(_cross(corners), axis=1)
-    flat = np.flatnonzero(size <= 1e-12 * np.square(np.ptp(corners, axis=1).max(axis=1)))
+    flat = np.concatenate([_flat(vertices, faces, start) for start in range(0, len(faces), CHUNK)])
     if len(flat):
         raise ParameterError(f"face {flat[0]} has no area ({len(flat)} such), expected triangles: remove it")
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    _, counts = np.unique(edges[:, 0].astype(np.int64) * len(vertices) + edges[:, 1], return_counts=True)
-    if counts.max() > 2:
-        expected = "expected at most 2 (a manifold): divide the mesh there into several"
-        raise ParameterError(f"{(counts > 2).sum()} edges have more than two faces, {expected}")
+    edges = np.empty(3 * len(faces), np.int64)
+    for k, edge in enumerate(edges.reshape(3, -1)):
+        a, b = faces[:, k], faces[:, k - 2]
+        np.multiply(np.minimum(a, b), len(vertices), out=edge, dtype=np.int64)
+        edge += np.maximum(a, b)
+    edges.sort()
+    shared = edges[2:][edges[2:] == edges[:-2]]
+    if len(shared):
+        raise ParameterError(f"{len(np.unique(shared))} edges have more than two faces, {MANIFOLD}")
     return vertices, faces
+
+
+def most_faces(vertices: int) -> int:
+    """The most faces that so many vertices have if no edge has more than two."""
+    return vertices * (vertices - 1) // 3
+
+
+def _flat(vertices: np.ndarray, faces: np.ndarray, start: int) -> np.ndarray:
+    """The faces without area, of a piece of them."""
+    corners = vertices[faces[start : start + CHUNK]]
+    size = np.linalg.norm(_cross(corners), axis=1)
+    return start + np.flatnonzero(size <= 1e-12 * np.square(np.ptp(corners, axis=1).max(axis=1)))

@@ -11,10 +11,11 @@ import numpy as np
 
 from ..arguments import Numbers, Within, checked
 from ..base.reflectance import Reflectance
-from ..errors import AccessError, DependencyError, FormatError, NotFoundError, ParameterError, ShapeError
+from ..errors import AccessError, ParameterError, ShapeError
 from ..notebooks import repr_html
 from ..numbers import numbers
 from ..rays.triangles import Triangles
+from . import mesh_file
 
 CREASE = math.radians(40.0)
 """The angle between faces up to which their edge is smoothed, where nobody says another."""
@@ -23,10 +24,10 @@ CREASE = math.radians(40.0)
 class Mesh:
     """Triangles with a material, and light of their own: `gn.Mesh("bunny.ply", material)`.
 
-    `shape`: a file that trimesh reads (.ply, .obj, .stl, .off, .glb ...), or vertices (V, 3) and faces (F, 3), or
-    (F, 4) for quadrilaterals: numbers of vertices, counterclockwise as seen from the front. `material`: without one it
-    is that of the picture, `gn.render(m, shape=mesh)`. `exitance`: what the front sends out by itself, diffusely; a
-    number or one per channel.
+    `shape`: a file (.ply, .obj, .stl, .off; its triangles alone, no other file that it names), or vertices (V, 3) and
+    faces (F, 3), or (F, 4) for quadrilaterals: numbers of vertices, counterclockwise as seen from the front.
+    `material`: without one it is that of the picture, `gn.render(m, shape=mesh)`. `exitance`: what the front sends out
+    by itself, diffusely; a number or one per channel.
 
     Pictures smooth edges at which faces turn by less than `crease`: normals are those of the vertices, interpolated.
     0 shows every face flat. `uv`: places (V, 2) of the vertices on a texture, from (0, 0) at its upper left; those of a
@@ -34,8 +35,7 @@ class Mesh:
 
     Units    vertices in any one length; exitance in W m-2, or per nm, as that of all parts; crease in rad.
     Errors   ParameterError for meshes that are empty, have vertices that are not finite, faces without area, or edges
-             of more than two faces; ShapeError; NotFoundError; FormatError for files that trimesh cannot read;
-             DependencyError where trimesh is not installed.
+             of more than two faces; ShapeError; NotFoundError; FormatError for damaged files and other kinds.
 
     Example
     >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
@@ -55,8 +55,9 @@ class Mesh:
         uv: Any = None,
     ):
         if isinstance(shape, (str, os.PathLike)):
-            vertices, faces, found = _read(shape)
-            uv = found if uv is None else uv
+            vertices, faces, found = mesh_file.read(shape)
+            if uv is None and found is not None:
+                uv = found * (1.0, -1.0) + (0.0, 1.0)  # files count v from below
         else:
             vertices, faces = _pair(shape)
         self.triangles = Triangles(vertices, faces)
@@ -190,25 +191,3 @@ def _pair(shape: Any) -> tuple[Any, Any]:
     except (TypeError, ValueError):
         raise ParameterError(f"Mesh({shape!r:.60}): expected a file, or vertices and faces in a pair") from None
     return vertices, faces
-
-
-def _read(path: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    if not os.path.isfile(path):
-        raise NotFoundError(f"{path}: no such file; expected a mesh")
-    try:
-        import trimesh
-    except ImportError as error:
-        raise DependencyError(f"meshes of files need trimesh ({error}); pip install 'gonio[mesh]'") from error
-    try:
-        mesh: Any = trimesh.load(os.fspath(path), force="mesh", process=False)
-        vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-        uv = getattr(mesh.visual, "uv", None)
-    except Exception as error:  # readers of many formats, with errors of their own
-        raise FormatError(
-            f"{path}: trimesh cannot read it ({error!s:.100}); expected .ply, .obj, .stl, .off"
-        ) from error
-    if not len(faces):
-        raise ParameterError(f"{path}: holds no faces, expected a mesh: a cloud of points has no surface")
-    if uv is None or np.shape(uv) != (len(vertices), 2):
-        return vertices, faces, None
-    return vertices, faces, np.asarray(uv, float) * (1.0, -1.0) + (0.0, 1.0)  # files count v from below

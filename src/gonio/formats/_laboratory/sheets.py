@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +16,9 @@ CHUNK = 2**20
 
 HEAD = 2**22
 """Characters among which a table is sought."""
+
+PIECE = 2**12
+"""Rows of a workbook at a time."""
 
 COLUMNS = 2**16
 """Largest number of columns."""
@@ -93,12 +97,13 @@ class TextSheet:
 
 
 class CellSheet:
-    """A sheet of a workbook: rows of cells as texts."""
+    """A sheet of a workbook: rows of cells as texts, read as far as they are asked for."""
 
     delimiters = ("",)
 
-    def __init__(self, path: Path, content: list[list[str]]):
-        self.path, self.content = path, content
+    def __init__(self, path: Path, content: Iterator[list[str]]):
+        self.path, self._content = path, content
+        self._found: list[list[str]] = []
 
     def has(self, delimiter: str, count: int) -> bool:
         """Whether any of the first rows may have several cells."""
@@ -106,11 +111,14 @@ class CellSheet:
 
     def head(self, delimiter: str, count: int) -> list[Row]:
         """The first rows, numbered from 1."""
-        return [*enumerate(self.content[:count], 1)]
+        self._found += itertools.islice(self._content, max(count - len(self._found), 0))
+        return [*enumerate(self._found[:count], 1)]
 
     def rows(self, delimiter: str, start: int = 0) -> Iterator[list[Row]]:
         """Rows in pieces, after that of number `start`."""
-        yield [*enumerate(self.content[start:], start + 1)]
+        self._found += self._content
+        for first in range(start, len(self._found), PIECE):
+            yield [*enumerate(self._found[first : first + PIECE], first + 1)]
 
 
 def cells(line: str, delimiter: str, path: Path, number: int, strict: bool) -> list[str]:
