@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from ...cells import DELIMITERS
 from ...errors import FormatError
 from .._reading import plain_text
 
@@ -18,9 +19,6 @@ HEAD = 2**22
 
 COLUMNS = 2**16
 """Largest number of columns."""
-
-DELIMITERS = (";", "\t", ",", "|", "  ", " ")
-"""What is between cells, in the order in which it is tried; "  ": names are two blanks apart, numbers any."""
 
 NAMED = {"tab": "\t", "blank": " "}
 """Words for delimiters that do not show."""

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
+from ...cells import DELIMITERS
 from ...errors import Error, FormatError
 from ...models.sheet import Sheet
 from ...tables.angle_systems import SYSTEMS
@@ -18,7 +19,7 @@ from .._laboratory.layout import find
 from .._laboratory.meanings import Meanings, Said
 from .._laboratory.names import QUANTITIES
 from .._laboratory.names import meaning as meaning_of
-from .._laboratory.sheets import DELIMITERS, NAMED, TextSheet
+from .._laboratory.sheets import NAMED, TextSheet
 from .._laboratory.understanding import Understood, understand
 from .._options import ABOVE_ZERO, Declared
 from .._reading import plain_text
