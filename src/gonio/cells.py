@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from .errors import FormatError
 
@@ -19,12 +19,34 @@ LONGEST = 60
 """Characters of a cell that may be a number written in another way."""
 
 _NUMERIC = re.compile(r"[-+]?(?:\d[\d., ']*|[.,]\d+)(?:e[-+]?\d+)?\s*[°%]?", re.ASCII | re.IGNORECASE)
+_FRACTION = re.compile(r"-0|[-+]?0\d+")
+"""Whole numbers that nobody writes, but commas leave of decimal fractions: "-0,5" and "1,05"."""
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+", re.ASCII)
 
 
 def is_numeric(cell: str) -> bool:
     """Whether a cell is a number with points, commas, blanks in it, or with a unit behind."""
     return len(cell) <= LONGEST and _NUMERIC.fullmatch(cell) is not None
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """The cells of a line."""
+    return line.split() if delimiter == " " else [cell.strip() for cell in line.split(delimiter)]
+
+
+def delimiter_of(path: object, rows: Sequence[str], decimal: str | None = None) -> str:
+    """What is between the numbers of rows. Raises FormatError where commas are between numbers and decimal signs too."""
+    found = next((d for d in DELIMITERS if d != "," and d.strip(" ") and any(d in row for row in rows)), " ")
+    if found != " " or not any("," in row for row in rows):
+        return found
+    if any(len(row.split()) > 1 for row in rows) and all(x.strip(",") == x for row in rows for x in row.split()):
+        return " "
+    if decimal == "," or (decimal is None and any(_FRACTION.fullmatch(x) for row in rows for x in split(row, ","))):
+        raise FormatError(
+            f"{path}: commas between numbers and as decimal signs cannot be told apart: {rows[0][:60]!r}; export it "
+            f"with semicolons or points, or say decimal='.' if each comma is between two numbers"
+        )
+    return ","
 
 
 def decimal_sign(path: object, cells: Collection[str]) -> str:

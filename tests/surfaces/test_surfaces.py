@@ -147,7 +147,7 @@ def test_files_that_are_no_maps(tmp_path):
 SMOOTH = np.round(2.0 * np.sin(np.arange(12) / 3.0)[:, None] * np.cos(np.arange(10) / 4.0), 2)
 
 
-@pytest.mark.parametrize("between", [";", "; ", "\t", " ", "  ", "|", ";\t"])
+@pytest.mark.parametrize("between", [";", "; ", "\t", " ", "  ", "|"])
 @pytest.mark.parametrize("decimal", [",", "."])
 def test_a_map_with_decimal_commas(tmp_path, between, decimal):
     """A comma was taken for a blank: twice as many columns, slopes nine times as steep."""

@@ -169,7 +169,8 @@ class Param(Numbers):
 
     def allows(self, values: Any) -> np.ndarray:
         """Where numbers are within the bounds."""
-        return (values >= self.low) & (values <= self.high)
+        allowed: np.ndarray = np.logical_and(values >= self.low, values <= self.high)
+        return allowed
 
     def check_at(self, owner: str, values: Any, wavelengths: Any) -> None:
         """Raises ParameterError where those of a spectrum at wavelengths [nm] are out of bounds."""

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cells import DELIMITERS, LONGEST, MISSING, decimal_sign
+from ..cells import LONGEST, MISSING, decimal_sign, delimiter_of, split
 from ..errors import FormatError
 
 LARGEST = 1 << 30
@@ -22,8 +22,6 @@ HEAD = 400
 
 _MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|[-+]?inf", re.ASCII | re.IGNORECASE)
-_FRACTION = re.compile(r"-0|[-+]?0\d+")
-"""Whole numbers that nobody writes, but commas leave of decimal fractions: "-0,5" and "1,05"."""
 
 
 def content(path: Path) -> bytes:
@@ -44,16 +42,16 @@ def read_text(path: Path, decimal: str | None) -> np.ndarray:
     """
     lines = _lines(path)
     first = [line for _, line in itertools.islice(((n, x) for n, x in enumerate(lines) if x), HEAD)]
-    delimiter = _delimiter(path, first, decimal)
+    delimiter = delimiter_of(path, first, decimal)
     sign = decimal or (
-        "." if delimiter == "," else decimal_sign(path, [cell for line in first for cell in _cells(line, delimiter)])
+        "." if delimiter == "," else decimal_sign(path, [cell for line in first for cell in split(line, delimiter)])
     )
     found, columns = array("d"), 0
     closed = all(line.endswith(delimiter) for line in first)  # each number is, not each but the last
     for number, line in enumerate(lines, 1):
         if not line:
             continue
-        row = _cells(line.removesuffix(delimiter) if closed else line, delimiter)
+        row = split(line.removesuffix(delimiter) if closed else line, delimiter)
         columns = columns or len(row)
         if len(row) != columns:
             raise FormatError(f"{path}, line {number}: {len(row)} numbers, expected {columns} as in the first row")
@@ -69,27 +67,6 @@ def _lines(path: Path) -> list[str]:
     encoding = next((name for mark, name in _MARKS.items() if data.startswith(mark)), "utf-8")
     text = data.decode(encoding).replace("\N{MINUS SIGN}", "-").replace("\N{NO-BREAK SPACE}", " ")
     return [line.partition("#")[0].strip(" \r\f\v\x1a") for line in text.split("\n")]
-
-
-def _cells(line: str, delimiter: str) -> list[str]:
-    return line.split() if delimiter == " " else [cell.strip() for cell in line.split(delimiter)]
-
-
-def _delimiter(path: Path, rows: list[str], decimal: str | None) -> str:
-    """What is between the numbers of the first rows."""
-    found = next((d for d in DELIMITERS if d != "," and d.strip(" ") and any(d in row for row in rows)), " ")
-    if found != " " or not any("," in row for row in rows):
-        return found
-    spaced = [cell for row in rows for cell in row.split()]
-    if any(len(row.split()) > 1 for row in rows) and not any(cell.strip(",") != cell for cell in spaced):
-        return " "
-    cells = [cell for row in rows for cell in _cells(row, ",")]
-    if decimal == "," or (decimal is None and any(_FRACTION.fullmatch(cell) for cell in cells)):
-        raise FormatError(
-            f"{path}: commas between numbers and as decimal signs cannot be told apart: {rows[0][:60]!r}; export it "
-            f"with semicolons or points, or say decimal='.' if each comma is between two numbers"
-        )
-    return ","
 
 
 def _number(path: Path, number: int, cell: str, sign: str) -> float:

@@ -10,6 +10,8 @@ import unicodedata
 from functools import lru_cache
 from typing import NamedTuple
 
+import numpy as np
+
 OWN = "f_cos_i|f_cos|f|brdf|dsf|brf"
 QUANTITIES = {
     "f": "brdf",
@@ -55,6 +57,8 @@ _UNITS = {
     "mrad": ("mrad",),
     "nm": ("nm", "nanometer", "nanometre", "nanometers", "nanometres"),
     "um": ("um", "μm", "micron", "microns", "micrometer", "micrometre", "micrometers", "micrometres"),
+    "1/cm": ("1/cm", "cm-1", "cm^-1", "cm**-1", "/cm"),
+    "eV": ("ev",),
     "1/sr": ("1/sr", "sr-1", "sr^-1", "sr**-1", "/sr", "persr", "srinv", "sr"),
     "%": ("%", "percent", "pct"),
     "1": ("1", "-", "--", "unitless", "dimensionless", "none", "a.u.", "au"),
@@ -63,6 +67,20 @@ UNITS = {word: unit for unit, words in _UNITS.items() for word in words}
 """Words for units -> the unit."""
 
 _TRAILING = frozenset(word for word in UNITS if word.isalpha() and word not in ("sr", "none", "au")) | {"%", "°"}
+
+WAVELENGTH_UNITS = ("nm", "um", "1/cm", "eV")
+"""Units of wavelengths, or of what stands for them."""
+
+_EV_NM = 1239.8419843320026
+"""h c/e [eV nm], exact in the SI."""
+
+
+def nanometres(numbers: np.ndarray, unit: str) -> np.ndarray:
+    """Wavelengths [nm] of numbers in one of `WAVELENGTH_UNITS`."""
+    if unit in ("1/cm", "eV"):
+        with np.errstate(divide="ignore"):
+            return (1e7 if unit == "1/cm" else _EV_NM) / numbers
+    return np.round(numbers * 1000.0, 6) if unit == "um" else numbers
 
 
 def _aliases(table: dict[str, str]) -> dict[str, str]:
@@ -96,7 +114,7 @@ ANGLE_NAMES = _aliases(
         "phi_h": "phih",
         "radial": "radial",
         "azimuth": "azimuth",
-        "wavelength": "wavelength wavelengths lambda wl wvl",
+        "wavelength": "wavelength wavelengths lambda wl wvl wavenumber wavenumbers photonenergy energy",
     }
 )  # fmt: skip
 
@@ -150,8 +168,11 @@ _HARMLESS = frozenset(
 )  # fmt: skip
 _UNCERTAIN = {
     "standard": frozenset(["u", "std", "stdev", "stddev", "sd", "sigma", "deviation"]),
-    "any": frozenset(["u95", "unc", "uncert", "uncertainty", "error", "err", "±", "+-"]),
+    "any": frozenset(["u95", "unc", "uncert", "uncertainty", "error", "err", "±", "+-", "+/-"]),
 }
+UNCERTAIN = frozenset().union(*_UNCERTAIN.values())
+"""Words that mean an uncertainty, in small letters."""
+
 _FILLING = frozenset(["of", "at", "for", "the", "value", "values", "k", "combined", "abs", "absolute", "measured"])
 _CHANNELS = {"r": "R", "g": "G", "b": "B", "x": "X", "y": "Y", "z": "Z", "red": "R", "green": "G", "blue": "B"}
 
@@ -213,6 +234,9 @@ def _of_tokens(tokens: list[str], unit: str, coverage: float | None, channel: st
     lower = [token.lower() for token in tokens]
     joined = "".join(lower)
     if not channel and joined in ANGLE_NAMES:
+        unit = unit or ("1/cm" if joined.startswith("wavenumber") else "")
+        if joined.endswith("energy") and unit != "eV":
+            return Meaning()
         return Meaning(ANGLE_NAMES[joined], unit=unit)
     if not channel and joined in AMBIGUOUS_ANGLES and unit not in ("1/sr", "%"):
         return Meaning("angle", AMBIGUOUS_ANGLES[joined], unit=unit)
