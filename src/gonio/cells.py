@@ -35,7 +35,7 @@ def split(line: str, delimiter: str) -> list[str]:
 
 
 def delimiter_of(path: object, rows: Sequence[str], decimal: str | None = None) -> str:
-    """What is between the numbers of rows. Raises FormatError where commas are between numbers and decimal signs too."""
+    """What is between the numbers of rows. Raises FormatError where commas are that and decimal signs too."""
     found = next((d for d in DELIMITERS if d != "," and d.strip(" ") and any(d in row for row in rows)), " ")
     if found != " " or not any("," in row for row in rows):
         return found

@@ -10,7 +10,7 @@ from format_cases import at, file_of
 from places import real
 
 import gonio as gn
-from gonio.errors import FormatError, ParameterError
+from gonio.errors import FormatError, MeaningWarning, ParameterError
 
 # Spectra.
 
@@ -28,8 +28,11 @@ def test_spectrum(tmp_path):
     np.testing.assert_allclose(at(m, 20.0, 0.0, 70.0, 40.0), np.array([0.5, 0.75]) / math.pi)
     np.testing.assert_array_equal(m.uncertainty, [0.01, 0.02])
     assert "Lambertian" in m.about["assumption"]
-    assert loaded(tmp_path, "400 0.5\n500 0.6\n").uncertainty is None
-    assert loaded(tmp_path, ",\n400 0.5\n500 0.6\n").channel_names == (400.0, 500.0)
+    for text in ("400 0.5\n500 0.6\n", ",\n400 0.5\n500 0.6\n", "# panel 4\n400 0.5\n500 0.6\n"):
+        with pytest.warns(MeaningWarning, match=r"without names, taken for wavelength \[nm\] and reflectance"):
+            m = loaded(tmp_path, text)
+        assert m.channel_names == (400.0, 500.0) and m.uncertainty is None
+        assert m == loaded(tmp_path, text, quantity="reflectance")
     for text, words in (
         ("400 50\n500 60\n", "if they are percentages say value_unit='%'"),
         ("400 0.5\n500 -0.1\n", "expected 0 to 1"),
@@ -69,7 +72,8 @@ def test_percent_stands_in_the_names(header, tmp_path):
     """Of a dark sample, whose percentages are below 1: its albedo was 100 times too high."""
     if header == "nm,%":
         header = "wavelength,reflectance\n\n" + header
-    m = loaded(tmp_path, header + "\n400,0.41\n500,0.42\n600,0.45\n")
+    quantity = {} if "," in header and "panel" not in header else {"quantity": "reflectance"}
+    m = loaded(tmp_path, header + "\n400,0.41\n500,0.42\n600,0.45\n", **quantity)
     unit = next(x for key, x in HEADERS.items() if header.endswith(key))
     np.testing.assert_allclose(m.rho, unit * np.array([0.41, 0.42, 0.45]), rtol=1e-12)
 
@@ -88,7 +92,8 @@ def test_percent_stands_in_the_names(header, tmp_path):
     ],
 )
 def test_units_and_order_of_wavelengths(header, rows, nm, tmp_path):
-    m = loaded(tmp_path, f"{header}\n" + "".join(f"{x},{0.1 * k}\n" for k, x in enumerate(rows)))
+    options = {} if header else {"quantity": "reflectance"}
+    m = loaded(tmp_path, f"{header}\n" + "".join(f"{x},{0.1 * k}\n" for k, x in enumerate(rows)), **options)
     np.testing.assert_allclose(m.channel_names, nm, rtol=1e-9)
     rising = header.startswith(("wavelength", "lambda")) or not header
     expected = [0.0, 0.1, 0.2] if (rows[0] < rows[-1]) == rising else [0.2, 0.1, 0.0]
@@ -171,7 +176,9 @@ def test_decimal_commas(tmp_path):
     """ "400;0,41" was a reflectance of 0 with an uncertainty of 41."""
     for between in (";", "\t", " "):
         for header in ("", f"wavelength[nm]{between}reflectance[%]\n"):
-            m = loaded(tmp_path, header + f"400{between}0,41\n500{between}0,42\n600,5{between}0,45\n")
+            m = loaded(
+                tmp_path, header + f"400{between}0,41\n500{between}0,42\n600,5{between}0,45\n", quantity="reflectance"
+            )
             assert m.channel_names == (400.0, 500.0, 600.5) and m.uncertainty is None
             np.testing.assert_allclose(m.rho, np.array([0.41, 0.42, 0.45]) * (0.01 if header else 1.0))
 

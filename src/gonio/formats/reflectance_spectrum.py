@@ -2,10 +2,10 @@
 
 Names of columns say the unit (nm, um, cm-1, eV; percent) and the quantity. What is no reflectance, what is not known,
 and what has two readings, such as a third column without a name, is refused with the option that decides; numbers go by
-the understanding of laboratories' tables. Two columns without names are wavelength [nm] and reflectance. Such a file
-says nothing of directions: it is read as a Lambertian surface, which is an assumption. Checked against a real file
-(Labsphere's 8 degrees/hemispherical calibration of a Spectralon panel, published by GRIT Lab). Uncertainties that do
-not say whether they are standard or expanded ones are taken as they are.
+the understanding of laboratories' tables. Two columns without names are wavelength [nm] and reflectance, and a warning
+says so. Such a file says nothing of directions: it is read as a Lambertian surface, which is an assumption. Checked
+against a real file (Labsphere's 8 degrees/hemispherical calibration of a Spectralon panel, published by GRIT Lab).
+Uncertainties that do not say whether they are standard or expanded ones are taken as they are.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.measured import Measured
 from ..cells import decimal_sign, delimiter_of, split
-from ..errors import FormatError, ParameterError
+from ..errors import FormatError, MeaningWarning, ParameterError, warn
 from ..formula.state import note
 from ..models.lambertian import Lambertian
 from ..tables.angle_systems import ANGLES
@@ -179,7 +179,13 @@ def read(
     numbers = _numbers(path, text)
     line, names, below = text.names()
     asked = _Asked(path, line, names, numbers.shape[1])
-    found = asked.told(columns) if columns is not None else asked.by_name(quantity) if names else asked.unnamed(text)
+    found = (
+        asked.told(columns)
+        if columns is not None
+        else asked.by_name(quantity)
+        if names
+        else asked.unnamed(text, quantity)
+    )
     of = {c.key: k for k, c in enumerate(found) if c.key in (WAVELENGTH, REFLECTANCE, UNCERTAINTY)}
     nm, unit = _nanometres(
         path, numbers[:, of[WAVELENGTH]], found[of[WAVELENGTH]].unit or below[of[WAVELENGTH]], wavelength_unit
@@ -203,7 +209,12 @@ def read(
         about["columns"] = ", ".join(names)
     if others := [words for number, words, _ in text.above if number != line and words]:
         about["text"] = others
-    return ReflectanceSpectrum(rows if len(nm) < 2 or nm[0] < nm[-1] else rows[::-1], str(path), about)
+    m = ReflectanceSpectrum(rows if len(nm) < 2 or nm[0] < nm[-1] else rows[::-1], str(path), about)
+    if asked.taken:
+        taken = "two columns without names, taken for wavelength [nm] and reflectance of a surface"
+        cure = f"of that say quantity='{REFLECTANCE}'; a lamp or a filter is gn.Spectrum(wavelengths, values)"
+        warn(f"{path}: {taken}; {cure}", MeaningWarning)
+    return m
 
 
 def _numbers(path: Path, text: _Text) -> np.ndarray:
@@ -232,7 +243,7 @@ class _Asked:
     """The columns of a file, and the questions about them."""
 
     def __init__(self, path: Path, line: int, names: list[str], count: int):
-        self.path, self.names, self.count = path, names, count
+        self.path, self.names, self.count, self.taken = path, names, count, False
         self.where = f"{path}, line {line}" if line else str(path)
 
     def told(self, columns: Sequence[str]) -> list[SpectrumColumn]:
@@ -275,9 +286,9 @@ class _Asked:
             raise self.fault(f"{self.listed}: two uncertainties, expected one")
         return found
 
-    def unnamed(self, text: _Text) -> list[SpectrumColumn]:
+    def unnamed(self, text: _Text, quantity: str | None) -> list[SpectrumColumn]:
         """Of a file in which nothing names the columns: wavelength and reflectance, unless its words say otherwise."""
-        reflects = any(is_reflectance(words_of(line)) for _, line, _ in text.above)
+        reflects = quantity is not None or any(is_reflectance(words_of(line)) for _, line, _ in text.above)
         for number, line, is_comment in text.above:
             if (of := other(line)) and not reflects:
                 raise self.no_reflectance(f"line {number}, {line!r:.60},", of)
@@ -285,6 +296,7 @@ class _Asked:
                 raise self.fault(f"line {number}, {line!r:.60}, does not say what the columns are")
         if self.count == 3:
             raise self.fault("three columns and no names: the third may be an uncertainty, or another reflectance")
+        self.taken = not reflects
         return [SpectrumColumn(WAVELENGTH), SpectrumColumn(REFLECTANCE)]
 
     @property

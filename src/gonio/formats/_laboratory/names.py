@@ -176,7 +176,7 @@ UNCERTAIN = frozenset().union(*_UNCERTAIN.values())
 _FILLING = frozenset(["of", "at", "for", "the", "value", "values", "k", "combined", "abs", "absolute", "measured"])
 _CHANNELS = {"r": "R", "g": "G", "b": "B", "x": "X", "y": "Y", "z": "Z", "red": "R", "green": "G", "blue": "B"}
 
-_BRACKET = re.compile(r"[\[({]([^\[\](){}]*)[\])}]")
+BRACKET = re.compile(r"[\[({]([^\[\](){}]*)[\])}]")
 _NUMBER = re.compile(r"[-+]?[0-9.,]+(?:[eE][-+]?[0-9]+)?")
 _OWN = re.compile(rf"(u_)?({OWN})(?:_([^\s\[\](){{}}/]+))?", re.IGNORECASE)
 _COVERAGE = re.compile(r"(?<![a-z])k\s*=?\s*([0-9]+(?:[.,][0-9]+)?)(?![0-9a-z])", re.IGNORECASE)
@@ -200,7 +200,7 @@ def unit_of(text: str) -> str | None:
 
 def unit_in(name: str) -> str:
     """The unit in brackets in a name of any words, or ""."""
-    return next((unit for word in _BRACKET.findall(name) if (unit := unit_of(word))), "")
+    return next((unit for word in BRACKET.findall(name) if (unit := unit_of(word))), "")
 
 
 @lru_cache(maxsize=4096)
@@ -225,7 +225,7 @@ def meaning(name: str) -> Meaning:
         text = text[: match.start()] + " " + text[match.end() :]
     tokens = [word for word in re.split(r"[^\w%±/+]+|_+", text) if word and word != "/"]
     found = _of_tokens(tokens, unit, coverage, channel)
-    if not found.key and "".join(re.findall(r"[a-z]+", _BRACKET.sub("", text).lower())) in _HARMLESS:
+    if not found.key and "".join(re.findall(r"[a-z]+", BRACKET.sub("", text).lower())) in _HARMLESS:
         return Meaning(IGNORE)
     return found
 
@@ -304,7 +304,7 @@ def _own(match: re.Match[str]) -> Meaning | None:
 def _without_unit(text: str) -> tuple[str, str]:
     """A name without its unit, and the unit."""
     unit = ""
-    for inside in reversed([*_BRACKET.finditer(text)]):
+    for inside in reversed([*BRACKET.finditer(text)]):
         of = unit_of(inside[1]) if inside[1].strip() else None
         if of is not None and not unit:
             unit, text = of, text[: inside.start()] + " " + text[inside.end() :]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ...cells import DELIMITERS, split
-from .names import IGNORE, LONGEST, UNCERTAIN, UNCERTAINTY, WAVELENGTH, meaning, unit_in, unit_of
+from .names import BRACKET, IGNORE, LONGEST, UNCERTAIN, UNCERTAINTY, WAVELENGTH, meaning, unit_in, unit_of
 
 REFLECTANCE, OTHER = "reflectance", "other"
 
@@ -78,8 +78,8 @@ def column(name: str) -> SpectrumColumn:
 
 
 def words_of(name: str) -> list[str]:
-    """The words of a name, in small letters."""
-    return re.findall(r"[^\W\d_]+", name[: 4 * LONGEST].lower())
+    """The words of a name, in small letters, without those in brackets."""
+    return re.findall(r"[^\W\d_]+", BRACKET.sub(" ", name[: 4 * LONGEST].lower()))
 
 
 def other(name: str) -> str:
