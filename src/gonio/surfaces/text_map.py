@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import itertools
 import math
+import os
 import re
 from array import array
 from pathlib import Path
@@ -21,16 +22,16 @@ HEAD = 400
 """Rows that say what is between numbers."""
 
 _MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|[-+]?inf", re.ASCII | re.IGNORECASE)
+_NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?inf", re.ASCII | re.IGNORECASE)
 
 
 def content(path: Path) -> bytes:
     """The bytes of a height map. Raises FormatError for too many."""
     with open(path, "rb") as file:
-        data = file.read(LARGEST + 1)
-    if len(data) > LARGEST:
-        raise FormatError(f"{path}: more than {LARGEST >> 20} MiB; expected a smaller map")
-    return data
+        size = os.fstat(file.fileno()).st_size
+        if size > LARGEST:
+            raise FormatError(f"{path}: more than {LARGEST >> 20} MiB; expected a smaller map")
+        return file.read(size)
 
 
 def read_text(path: Path, decimal: str | None) -> np.ndarray:

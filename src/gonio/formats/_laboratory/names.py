@@ -181,7 +181,7 @@ _NUMBER = re.compile(r"[-+]?[0-9.,]+(?:[eE][-+]?[0-9]+)?")
 _OWN = re.compile(rf"(u_)?({OWN})(?:_([^\s\[\](){{}}/]+))?", re.IGNORECASE)
 _COVERAGE = re.compile(r"(?<![a-z])k\s*=?\s*([0-9]+(?:[.,][0-9]+)?)(?![0-9a-z])", re.IGNORECASE)
 _WAVELENGTH = re.compile(r"(?<![\w.,])([0-9]+(?:[.,][0-9]+)?)[\s_]*(nm|um|μm)(?![a-z])", re.IGNORECASE)
-_BEHIND = re.compile(r"(?:\s*/\s*|\s*,\s*|\s+in\s+|[\s_]+)([^\s/_,]+|1/sr)$", re.IGNORECASE)
+_BEHIND = re.compile(r"(?:(?<!\s)(?:\s*/\s*|\s*,\s*|\s+in\s+)|(?<![\s_])[\s_]+)([^\s/_,]+|1/sr)$", re.IGNORECASE)
 _GREEK = str.maketrans(
     {
         "θ": " theta", "ϑ": " theta", "φ": " phi", "ϕ": " phi", "λ": " lambda", "ρ": " rho", "σ": " sigma",
@@ -195,7 +195,7 @@ def unit_of(text: str) -> str | None:
     if len(text) > LONGEST:
         return None
     word = unicodedata.normalize("NFKC", text.replace("º", "°")).replace("−", "-").replace("(-1)", "-1")
-    return UNITS.get(re.sub(r"[\s.]+$|\s+|^\s+", "", word).lower())
+    return UNITS.get("".join(word.split()).rstrip(".").lower())
 
 
 def unit_in(name: str) -> str:
