@@ -216,6 +216,8 @@ def npy(header: str, numbers: bytes = b"") -> bytes:
         npy("{'descr': '<f8', 'fortran_order': (((((((((((("),
         npy("{'descr': '<f8', \x00"),
         npy("(" * 110),
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (-9, -9), }", b"\0" * 648),
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (-9, 9), }", b"\0" * 648),
         b"PK\x03\x04",
         b"",
     ],
@@ -225,6 +227,13 @@ def test_arrays_in_damaged_files(tmp_path, content):
     (tmp_path / "a.npy").write_bytes(content)
     with pytest.raises(FormatError):
         gn.surfaces.from_map(tmp_path / "a.npy", 1.0)
+
+
+def test_arrays_by_rows_and_by_columns(tmp_path):
+    for array in (SMOOTH, np.asfortranarray(SMOOTH), SMOOTH.astype(">f4"), np.rint(100.0 * SMOOTH).astype("i2")):
+        np.save(tmp_path / "a.npy", array)
+        found = gn.surfaces.from_map(tmp_path / "a.npy", 100.0)
+        np.testing.assert_array_equal(found.heights, gn.surfaces.from_map(array, 100.0).heights)
 
 
 def test_heights_without_bounds():

@@ -131,8 +131,8 @@ def matches(head: bytes, size: int) -> bool:
 
 
 Columns = Annotated[
-    Sequence[str] | None,
-    Declared("what the columns are, in their order", words=tuple(WORDS)),
+    Sequence[Annotated[str, Declared("what a column is", words=tuple(WORDS))]] | None,
+    Declared("what the columns are, in their order"),
 ]
 WavelengthUnit = Annotated[
     str | None, Declared("unit of wavelengths whose name has none; nm if not given", words=WAVELENGTH_UNITS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import Annotated, Any
@@ -162,12 +163,20 @@ def _read(path: Path, decimal: str | None) -> np.ndarray:
 
 
 def _array(path: Path) -> np.ndarray:
-    """The array in a `.npy` file; mapped, so that its header takes no more memory than the file has."""
-    found = np.lib.format.open_memmap(path, mode="r")
-    if found.dtype.kind not in "biuf" or found.size > MOST:
-        got = f"shape {found.shape}, {found.dtype}"
-        raise FormatError(f"{path}: {got:.80}; expected an array of real numbers, at most {MOST}")
-    return np.array(found, dtype=float)
+    """The array in a `.npy` file, which must hold all that its header announces before memory is taken for it."""
+    with open(path, "rb") as file:
+        version = np.lib.format.read_magic(file)
+        header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, by_columns, dtype = header(file)
+        count = math.prod(shape)
+        left = os.fstat(file.fileno()).st_size - file.tell()
+        if dtype.kind not in "biuf" or not 0 <= count <= MOST or count * dtype.itemsize > left:
+            got = f"{dtype} of shape {shape}"
+            raise FormatError(
+                f"{path}: {got:.80}, {left} bytes; expected real numbers, at most {MOST}, all of them there"
+            )
+        found = np.frombuffer(file.read(count * dtype.itemsize), dtype)
+    return found.reshape(shape, order="F" if by_columns else "C").astype(float)
 
 
 def _gray(path: Path) -> np.ndarray:

@@ -18,8 +18,8 @@ from ..errors import FormatError
 LARGEST = 1 << 30
 """Bytes of a height map, at most."""
 
-HEAD = 400
-"""Rows that say what is between numbers."""
+HEAD, CELLS = 400, 10_000
+"""Rows, and cells in them, that say what is between numbers and which sign is the decimal one."""
 
 _MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?inf", re.ASCII | re.IGNORECASE)
@@ -44,9 +44,8 @@ def read_text(path: Path, decimal: str | None) -> np.ndarray:
     lines = _lines(path)
     first = [line for _, line in itertools.islice(((n, x) for n, x in enumerate(lines) if x), HEAD)]
     delimiter = delimiter_of(path, first, decimal)
-    sign = decimal or (
-        "." if delimiter == "," else decimal_sign(path, [cell for line in first for cell in split(line, delimiter)])
-    )
+    cells = itertools.islice((cell for line in first for cell in split(line, delimiter)), CELLS)
+    sign = decimal or ("." if delimiter == "," else decimal_sign(path, [*cells]))
     found, columns = array("d"), 0
     closed = all(line.endswith(delimiter) for line in first)  # each number is, not each but the last
     for number, line in enumerate(lines, 1):
@@ -56,7 +55,7 @@ def read_text(path: Path, decimal: str | None) -> np.ndarray:
         columns = columns or len(row)
         if len(row) != columns:
             raise FormatError(f"{path}, line {number}: {len(row)} numbers, expected {columns} as in the first row")
-        found.extend([_number(path, number, cell, sign) for cell in row])
+        found.extend(_plain(line, row, delimiter, sign) or [_number(path, number, cell, sign) for cell in row])
     if not found:
         raise FormatError(f"{path}: no numbers; expected rows of heights")
     return np.frombuffer(found).reshape(-1, columns)
@@ -68,6 +67,16 @@ def _lines(path: Path) -> list[str]:
     encoding = next((name for mark, name in _MARKS.items() if data.startswith(mark)), "utf-8")
     text = data.decode(encoding).replace("\N{MINUS SIGN}", "-").replace("\N{NO-BREAK SPACE}", " ")
     return [line.partition("#")[0].strip(" \r\f\v\x1a") for line in text.split("\n")]
+
+
+def _plain(line: str, row: list[str], delimiter: str, sign: str) -> list[float] | None:
+    """The numbers of a row at once; None unless they are written as Python has them, but for the decimal sign."""
+    if "_" in line or not line.isascii() or (delimiter != "," and {".": ",", ",": "."}[sign] in line):
+        return None
+    try:
+        return [float(cell.replace(",", ".")) for cell in row] if sign == "," else [*map(float, row)]
+    except ValueError:
+        return None
 
 
 def _number(path: Path, number: int, cell: str, sign: str) -> float:
