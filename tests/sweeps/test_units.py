@@ -189,7 +189,7 @@ def _units() -> list[Any]:
 def test_tables_in_any_unit(name, option, unit, tmp_path):
     units = {"angle_unit": "rad", "wavelength_unit": "nm", "value_unit": "1/sr"} | {option: unit}
     suffix, packed = OF_TABLES[name]
-    (reader,) = (module.read for module in formats() if module.NAME == name)
+    (reader,) = (module.read for module in formats() if name == module.NAME)
     if "angle_unit" not in options(reader):
         units = {"wavelength_unit": "nm", "value_unit": "1"} | {option: unit}
     nm, f = OF_NM[units["wavelength_unit"]], TIMES[units["value_unit"]]

@@ -39,7 +39,7 @@ class Blackbody(Spectrum):
 
         Example
         >>> print(gn.blackbody(3000.0).at([500.0, 1000.0, 10000.0]).round(1))
-        [ 260.8 1010.1    3.9]
+        [260.3 992.4   1.9]
         """
         nm = np.asarray(ops.numbers(wavelengths), dtype=float)
         if not (np.isfinite(nm) & (nm > 0.0)).all():

@@ -167,7 +167,7 @@ class Dispersion(Spectrum):
         Example
         >>> silica = gn.Dispersion(1, [0, 0.6961663, 0.0684043, 0.4079426, 0.1162414, 0.8974794, 9.896161], [210, 6700])
         >>> print(silica.bands([486.1, 587.6, 656.3]).round(3))
-        [1.464 1.459 1.456]
+        [1.463 1.459 1.456]
         """
         nm = np.linspace(*self.reach, SAMPLES)
         ends = edges(np.atleast_1d(as_wavelengths(f"bands({shown(wavelengths)})", wavelengths)))
