@@ -44,6 +44,8 @@ RUNS = (
     "1e1.",
 )
 SECONDS = 0.05
+USED = re.compile(rf"\bre\.[a-z]+\(|[A-Z]\.(?:{'|'.join(METHODS)})\(|\.fullmatch\(")
+"""What a module with an expression in it has in its text."""
 
 
 class Expression(NamedTuple):
@@ -72,7 +74,10 @@ def expressions() -> list[Expression]:
     """All that are compiled or used in the source."""
     calls, methods = [], defaultdict(set)
     for path in sorted(ROOT.rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        source = path.read_text(encoding="utf-8")
+        if not USED.search(source):
+            continue
+        tree = ast.parse(source)
         assigned = {
             id(n.value): n.targets[0].id
             for n in ast.walk(tree)
