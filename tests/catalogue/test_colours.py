@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import subprocess
 import sys
 import warnings
@@ -11,6 +12,7 @@ import pytest
 
 import gonio as gn
 from gonio.errors import DependencyError, NotFoundError, ParameterError, ShapeError
+from gonio.formula.json_form import from_json
 
 NM = np.arange(380.0, 781.0, 5.0)
 METALS = [e.name for e in gn.materials() if e.kind == "metal"]
@@ -112,8 +114,23 @@ def test_black_bodies_are_those_of_colour_science(colour):
     c1, c2 = 3.741771852192758e-16, 1.438776877503933e-2  # CODATA 2022; by default that of ITS-90
     for kelvin in (1900.0, 5772.0):
         light = gn.blackbody(kelvin)
-        assert light.wavelengths[[0, -1]].tolist() == [300.0, 830.0]
-        np.testing.assert_allclose(light.values, planck_law(light.wavelengths * 1e-9, kelvin, c1, c2) * 1e-9, rtol=1e-9)
+        nm = np.concatenate([np.arange(300.0, 831.0), [1216.0, 2000.0, 1e4, 1e5, 1e7]])
+        np.testing.assert_allclose(light.at(nm), planck_law(nm * 1e-9, kelvin, c1, c2) * 1e-9, rtol=1e-9)
+
+
+def test_a_black_body_is_a_formula():
+    """Its integral over all wavelengths is sigma T^4/pi, sigma that of CODATA 2018."""
+    light = gn.blackbody(1000.0)
+    total = np.trapezoid(light.values, light.wavelengths)
+    assert total == pytest.approx(5.670374419e-8 * 1000.0**4 / np.pi, rel=1e-5)
+    centres = np.linspace(3000.0, 5000.0, 5)
+    fine = [np.mean(light.at(np.linspace(nm - 250.0, nm + 250.0, 20001))) for nm in centres]
+    assert light.bands(centres) == pytest.approx(fine, rel=5e-5)
+    assert light.at(1.0) == 0.0 and light.at(2000.0) == pytest.approx(light.at(np.full((2, 3), 2000.0))[1, 2])
+    lit = gn.Lambertian(0.5) * light
+    assert lit == gn.expression(repr(lit)) == from_json(lit.to_json()) == pickle.loads(pickle.dumps(lit))
+    with pytest.raises(ParameterError, match="above 0"):
+        light.at([500.0, 0.0])
 
 
 def test_names_of_lights(colour):

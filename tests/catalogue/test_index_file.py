@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.errors import FormatError, MeaningWarning, NotFoundError
+from gonio.errors import FormatError, MeaningWarning, NotFoundError, ParameterError
 
 HEAD = """# this file is part of refractiveindex.info database
 
@@ -99,6 +99,8 @@ def test_wavelengths_that_stand_twice(written):
         ("  - type: tabulated nk\n    data: |\n      0.4 1\n", "rows of 3 numbers"),
         ("  - type: tabulated n\n    data: |\n      0.4 x\n", "expected numbers"),
         ("  - type: tabulated n\n    data: |\n      400 1.5\n      nan 1.4\n", "expected a wavelength"),
+        ("  - type: tabulated n\n    data: |\n      -4 1.5\n      1 1.4\n", "expected a wavelength"),
+        ("  - type: tabulated n\n    data: |\n      4 1.5\n      5 inf\n", "finite numbers"),
         ("  - type: formula 10\n    coefficients: 0\n", "formula 1 to 9"),
         ("  - type: formula 1\n    coefficients: 0 1\n", "two wavelengths"),
         ("  - type: !!python/object/apply:os.system [ls]\n", r"!!python|expected tabulated"),
@@ -129,3 +131,22 @@ def test_built_in_substances_have_spectra():
     n, k = gn.refractive_index("gold")
     assert np.array_equal(n.at([450.0, 632.8]), gn.refractive_index("Au", [450.0, 632.8])[0])
     assert gn.Conductor(n, k).at(550.0) == gn.Conductor(*gn.refractive_index("gold", 550.0))
+
+
+def test_the_unit_of_a_file_is_known(written):
+    """Soft X rays are not asked about, and a wavelength may be alone, without or with k."""
+    n, k = gn.refractive_index(
+        written("  - type: tabulated nk\n    data: |\n      0.0101 0.99 0.01\n      0.0123 0.98 0.02\n")
+    )
+    assert n.wavelengths.tolist() == [10.1, 12.3] and k.at(10.1) == 0.01
+    path = written("  - type: tabulated n\n    data: |\n      0.5876 1.4985\n")
+    assert gn.refractive_index(path, 587.6) == (1.4985, 0.0)
+    n, k = gn.refractive_index(path)
+    assert gn.Conductor(n, k).at(587.6).eta == 1.4985
+    with pytest.raises(ParameterError, match="nothing is extrapolated"):
+        n.at(588.0)
+
+
+def test_load_says_what_reads_such_a_file(written):
+    with pytest.raises(FormatError, match=r"a table of refractive indices; gn\.refractive_index\(path\) reads it"):
+        gn.load(written(NK))

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fuzz_trials import TRIALS
-from fuzzing import outcome
+from fuzzing import outcome, outcome_of
+from fuzzing_texts import SEEDS as TEXTS
 from libraries import thinned
 from seeds import SEEDS
 
@@ -55,6 +56,17 @@ def test_long_runs_of_one_character(name, everywhere, tmp_path):
     for k, run in enumerate(RUNS):
         for at in places if everywhere else [places[k % 5]]:
             outcome(seed[:at] + run * (length // len(run)) + seed[at:], tmp_path / "long")
+
+
+@pytest.mark.parametrize("everywhere", [False, pytest.param(True, marks=pytest.mark.full)])
+@pytest.mark.parametrize("name", TEXTS)
+def test_long_runs_in_luminaires_and_height_maps(name, everywhere, tmp_path):
+    make, suffix, read = TEXTS[name]
+    seed, length, path = make(), 100_000 if everywhere else 30_000, (tmp_path / "long").with_suffix(suffix)
+    for k, run in enumerate((*RUNS, b"\t", b";", b"\0", b"1 ", b"1,")):
+        for at in (0, 1, len(seed) // 3, len(seed)) if everywhere else [(0, len(seed) // 3, len(seed))[k % 3]]:
+            path.write_bytes(seed[:at] + run * (length // len(run)) + seed[at:])
+            outcome_of(lambda: read(path), length)
 
 
 @pytest.mark.parametrize("data", [b",", b",\n1 2\n", b";;\n400 0.5 9 9\n,\n", b"\xff\xfe", b"\n", b""])

@@ -103,9 +103,22 @@ def test_formulas_that_are_none():
         (True, [1.0], [400, 900], "1 to 9"),
         (1, [], [400, 900], "1 to 25"),
         (1, [np.nan], [400, 900], "finite"),
-        (1, [0.0, 1.0, 0.5], [400, 900], "no real value"),
+        (3, [-1.0], [400, 900], "no real value"),
         (1, [0.0, 1.0, 0.1], [0.4, 0.9], "in nm"),
         (1, [0.0, 1.0, 0.1], [900, 400], "first < last"),
     ):
         with pytest.raises(ParameterError, match=message):
             gn.Dispersion(formula, c, reach)
+
+
+def test_a_resonance_within_the_reach_has_no_index_and_elsewhere_there_is_one():
+    s = gn.Dispersion(1, [0.0, 1.0, 0.5], [400, 900])  # n^2 = 1 + x^2/(x^2 - 1/4), below 0 from 400 to 500 nm
+    assert s.at([600.0, 900.0]) == pytest.approx([(1.0 + x**2 / (x**2 - 0.25)) ** 0.5 for x in (0.6, 0.9)], rel=1e-14)
+    m = gn.Microfacet(gn.GGX(0.1), gn.Dielectric(s))
+    assert s.reach == (400.0, 900.0) and m == gn.expression(repr(m)) == from_json(m.to_json())
+    for call in (lambda: s.at([450.0, 600.0]), lambda: s.bands([480.0, 600.0])):
+        with pytest.raises(ParameterError, match="no real value at 4"):
+            call()
+    assert s.bands([600.0, 620.0]) == pytest.approx(s.at([600.0, 620.0]), rel=1e-3)
+    with pytest.raises(ParameterError, match="400 to 900 nm"):
+        s.at(399.0)

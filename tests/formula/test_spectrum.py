@@ -75,8 +75,27 @@ def test_a_parameter_that_is_a_spectrum():
     assert weighted.at(550.0).f([0, 0, 1], [0, 0, 1]) == pytest.approx(0.075 / np.pi)
     assert weighted == gn.expression(repr(weighted))
     assert gn.GGX(gn.Spectrum([400.0, 700.0], [0.1, 0.3])).at(700.0) == gn.GGX(0.3)
-    with pytest.raises(ParameterError, match="out of bounds"):
-        gn.Lambertian(gn.Spectrum([400.0, 700.0], [0.0, 1.3]))
+
+
+def test_bounds_hold_where_a_spectrum_is_bound():
+    steep = gn.Lambertian(gn.Spectrum([400.0, 700.0], [0.0, 1.5]))
+    assert steep.at([450.0, 600.0]).rho.tolist() == pytest.approx([0.25, 1.0])
+    for nm in (650.0, [450.0, 650.0]):
+        with pytest.raises(ParameterError, match=r"Lambertian\.rho: 1\.25 at 650 nm is out of bounds"):
+            steep.at(nm)
+    far = gn.Conductor(
+        gn.Spectrum([500.0, 1000.0, 200000.0], [0.8, 1.4, 424.0]), gn.Spectrum([500.0, 200000.0], [6, 8])
+    )
+    assert gn.Microfacet(gn.GGX(0.2), far).at(500.0).fresnel.eta == 0.8
+    with pytest.raises(ParameterError, match="424 at 200000 nm is out of bounds"):
+        gn.IdealSpecular(far).at(200000.0)
+    with pytest.raises(ParameterError, match="in percent"):
+        gn.Lambertian(gn.Spectrum([400.0, 700.0], [50.0, 60.0]))  # nowhere within the bounds
+    emission = gn.Spectrum([400.0, 500.0, 600.0], [0.0, 50.0, 0.0])
+    dye = gn.FluorescentLambertian(0.1, gn.Spectrum([400.0, 600.0], [1.0, 0.0]), emission)
+    assert dye.at([420.0, 500.0, 580.0]).emission.sum() == pytest.approx(1.0)
+    with pytest.raises(ParameterError, match="expected numbers of 0 or more"):
+        dye.replace(emission=gn.Spectrum([400.0, 500.0, 600.0], [-1.0, 1.0, 0.0])).at([420.0, 500.0, 580.0])
 
 
 def test_a_spectrum_is_a_value():

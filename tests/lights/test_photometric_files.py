@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import subprocess
+import time
 from pathlib import Path
 from typing import Any
 
@@ -245,3 +246,15 @@ def test_broken_files_are_read_or_refused(tmp_path):
             refused += 1
             assert str(path) in str(error)
     assert 100 < refused < 590
+
+
+@pytest.mark.parametrize("run", ["\n", " ", "\t", "1", "1\n", "\n ", "TILT", "TILT ", "TILT=\n", "IES\n", "1,", "x\n"])
+def test_time_grows_with_the_length_of_a_file(tmp_path, run):
+    """99 000 line ends took 107 s."""
+    path = tmp_path / "long.ies"
+    path.write_text("x" + run * (100_000 // len(run)) + "x", encoding="ascii")
+    start = time.process_time()
+    with pytest.raises((FormatError, NotFoundError)) as said:
+        read(str(path))
+    assert time.process_time() - start < 0.5
+    assert len(str(said.value)) < 500

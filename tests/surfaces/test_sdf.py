@@ -76,6 +76,9 @@ def test_as_a_surface(tmp_path, make):
         (text(HEIGHTS, NumProfiles="nine"), "cannot be read"),
         (text(HEIGHTS).replace(b"Yscale", b"yscale"), "cannot be read"),
         (text(HEIGHTS).replace(b"*", b""), "cannot be read"),
+        (text(HEIGHTS).replace(b"Compression", b"compression"), "cannot be read"),
+        (text(HEIGHTS, Compression="none"), "cannot be read"),
+        (text(HEIGHTS, NumPoints=-12, NumProfiles=-9), "-9 x -12"),
     ],
 )
 def test_damaged_files(tmp_path, data, message):

@@ -142,3 +142,101 @@ def test_files_that_are_no_maps(tmp_path):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(FormatError, match=name):
             gn.surfaces.from_map(tmp_path / name, 1.0)
+
+
+SMOOTH = np.round(2.0 * np.sin(np.arange(12) / 3.0)[:, None] * np.cos(np.arange(10) / 4.0), 2)
+
+
+@pytest.mark.parametrize("between", [";", "; ", "\t", " ", "  ", "|"])
+@pytest.mark.parametrize("decimal", [",", "."])
+def test_a_map_with_decimal_commas(tmp_path, between, decimal):
+    """A comma was taken for a blank: twice as many columns, slopes nine times as steep."""
+    lines = [between.join(f"{z:.2f}".replace(".", decimal) for z in row) for row in SMOOTH]
+    expected = gn.surfaces.from_map(SMOOTH, 1.0)
+    for text in ("# heights, um\n" + "\n".join(lines) + "\n\n", "\r\n".join(lines)):
+        (tmp_path / "a.txt").write_text(text, encoding="utf-8", newline="")
+        np.testing.assert_array_equal(gn.surfaces.from_map(tmp_path / "a.txt", 1.0).heights, expected.heights)
+    (tmp_path / "a.asc").write_text("".join(f"{line}{between}\n" for line in lines), encoding="utf-16")
+    np.testing.assert_array_equal(gn.surfaces.from_map(tmp_path / "a.asc", 1.0).heights, expected.heights)
+
+
+def test_a_map_with_commas_between_numbers(tmp_path):
+    path = tmp_path / "a.csv"
+    for between in (",", ", ", " ,"):
+        path.write_text("\n".join(between.join(map(str, row)) for row in SMOOTH), encoding="utf-8")
+        np.testing.assert_array_equal(
+            gn.surfaces.from_map(path, 1.0).heights, gn.surfaces.from_map(SMOOTH, 1.0).heights
+        )
+    path.write_text("\n".join(["0,1,2,3,2,1,0,5"] * 9), encoding="utf-8")
+    assert gn.surfaces.from_map(path, 9.0).heights.shape == (18, 16)
+    path.write_text(
+        "\n".join([";".join("" if k == j else f"{k}" for k in range(9)) for j in range(9)]), encoding="utf-8"
+    )
+    assert np.isfinite(gn.surfaces.from_map(path, 1.0).heights).all()  # an empty cell is a missing height
+
+
+@pytest.mark.parametrize(
+    ("rows", "message", "decimals"),
+    [
+        (["0,05,0,25,0,5,1,0"] * 9, "cannot be told apart", "."),
+        (["-0,5,0,5,0,5,1,0"] * 9, "cannot be told apart", "."),
+        (["1,250;2,500;1,250;2,500;1,250;2,500;1,250;2,500"] * 9, "does it part thousands", ".,"),
+        (["1,5 2,5 3.5 1 1 1 1 1"] * 9, "is the comma the decimal sign", ","),
+        (["1;2;3;4;5;6;7;8"] * 8 + ["1;2;3;4;5;6;7;8;9"], "line 9: 9 numbers, expected 8", ""),
+        (["1 2 3 4 5 6 7 8"] * 8 + ["1 2 3 4 5 6 7"], "line 9: 7 numbers, expected 8", ""),
+        (["x y z", *["1 2 3 4 5 6 7 8"] * 8], "line 1: got 'x', expected a number; lines of words begin with #", ""),
+        (["1 2 3 4 5 6 7 1_0"] * 8, "got '1_0', expected a number", ""),
+        (["# nothing"], "no numbers", ""),
+    ],
+)
+def test_texts_with_two_readings_are_asked_about(tmp_path, rows, message, decimals):
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(rows), encoding="utf-8")
+    with pytest.raises(FormatError, match=message):
+        gn.surfaces.from_map(path, 1e5)
+    for decimal in decimals:
+        gn.surfaces.from_map(path, 1e5, decimal=decimal)
+    with pytest.raises(ParameterError, match="decimal="):
+        gn.surfaces.from_map(path, 1.0, decimal=";")
+
+
+def npy(header: str, numbers: bytes = b"") -> bytes:
+    text = header.encode().ljust(117) + b"\n"
+    return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text + numbers
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (100000, 100000), }", b"\0" * 64),
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999999999999,), }"),
+        npy("{'descr': '|O', 'fortran_order': False, 'shape': (1,), }", b"\x80\x04."),
+        npy("{'descr': '<c16', 'fortran_order': False, 'shape': (2, 2), }", b"\0" * 64),
+        npy("{'descr': [('a', '<f8')], 'fortran_order': False, 'shape': (8,), }", b"\0" * 64),
+        npy("{'descr': '<f8', 'fortran_order': (((((((((((("),
+        npy("{'descr': '<f8', \x00"),
+        npy("(" * 110),
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (-9, -9), }", b"\0" * 648),
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (-9, 9), }", b"\0" * 648),
+        b"PK\x03\x04",
+        b"",
+    ],
+)
+def test_arrays_in_damaged_files(tmp_path, content):
+    """Bounded by the file, not by what its header says; whatever NumPy raises is one error."""
+    (tmp_path / "a.npy").write_bytes(content)
+    with pytest.raises(FormatError):
+        gn.surfaces.from_map(tmp_path / "a.npy", 1.0)
+
+
+def test_arrays_by_rows_and_by_columns(tmp_path):
+    for array in (SMOOTH, np.asfortranarray(SMOOTH), SMOOTH.astype(">f4"), np.rint(100.0 * SMOOTH).astype("i2")):
+        np.save(tmp_path / "a.npy", array)
+        found = gn.surfaces.from_map(tmp_path / "a.npy", 100.0)
+        np.testing.assert_array_equal(found.heights, gn.surfaces.from_map(array, 100.0).heights)
+
+
+def test_heights_without_bounds():
+    for size in (1e308, 1e35):
+        with pytest.raises(ParameterError, match="heights above 1e\\+30 um"):
+            gn.surfaces.from_map(size * (SMOOTH / np.abs(SMOOTH).max()), 1.0)

@@ -34,6 +34,7 @@ POLAR = re.compile(r"(to_)?theta(_\w+)?|half_angle")
 SPECTRUM = "gn.Spectrum([400.0, 700.0], [0.1, 0.8])"
 OF_WAVELENGTHS = {
     "Dispersion.at": "gn.Dispersion(5, [1.5], [300.0, 800.0]).at(w)",
+    "Dispersion.bands": "gn.Dispersion(5, [1.5], [300.0, 800.0]).bands(w)",
     "KCorrelation.from_harvey_shack": "gn.KCorrelation.from_harvey_shack(gn.HarveyShack(2.0, 0.1, -2.0), w[0])",
     "Reflectance.at": f"gn.Lambertian({SPECTRUM}).at(w).rho",
     "Sum": "gn.Sum(gn.Lambertian([0.1, 0.2, 0.3]), gn.Lambertian(0.1), wavelengths=w).wavelengths",
@@ -161,11 +162,14 @@ def test_polar_angles_in_degrees(name):
     assert not isinstance(outcome(call, x=40.0), list), f"{lines(call, x=40.0)}\ndegrees, and not a word of it"
 
 
-TIMES = {"deg": 180.0 / np.pi, "rad": 1.0, "nm": 1.0, "um": 1e-3, "1/sr": 1.0, "1": np.pi, "%": 100.0 * np.pi}
-"""What numbers of a table in rad, nm and 1/sr are multiplied by."""
+TIMES = {"deg": 180.0 / np.pi, "rad": 1.0, "1/sr": 1.0, "1": np.pi, "%": 100.0 * np.pi}
+"""What numbers of a table in rad and 1/sr are multiplied by."""
+OF_NM = {"nm": lambda x: x, "um": lambda x: 1e-3 * x, "1/cm": lambda x: 1e7 / x, "eV": lambda x: 1239.8419843320026 / x}
+"""What a wavelength in nm is in a unit; h c of the SI."""
 OF_TABLES: dict[str, tuple[str, Callable[[list[list]], bytes]]] = {
     "CSV": (".csv", lambda rows: "\n".join(",".join(map(str, row)) for row in rows).encode()),
     "Excel": (".xlsx", lambda rows: workbook({"table": rows})),
+    "reflectance spectrum": (".csv", lambda rows: "\n".join(",".join(map(str, row)) for row in rows).encode()),
 }
 """Formats whose options say the units of tables: their suffix, and a file of rows."""
 
@@ -184,19 +188,30 @@ def _units() -> list[Any]:
 @pytest.mark.parametrize("name, option, unit", _units())
 def test_tables_in_any_unit(name, option, unit, tmp_path):
     units = {"angle_unit": "rad", "wavelength_unit": "nm", "value_unit": "1/sr"} | {option: unit}
-    angle, nm, f = (TIMES[x] for x in units.values())
     suffix, packed = OF_TABLES[name]
+    (reader,) = (module.read for module in formats() if name == module.NAME)
+    if "angle_unit" not in options(reader):
+        units = {"wavelength_unit": "nm", "value_unit": "1"} | {option: unit}
+    nm, f = OF_NM[units["wavelength_unit"]], TIMES[units["value_unit"]]
+    if "angle_unit" not in units:
+        rows = [["wavelength", "reflectance"], *([nm(x), f * 0.15] for x in (450, 550))]
+        (tmp_path / "m").write_bytes(packed(rows))
+        m = gn.load(tmp_path / "m", **units)
+        np.testing.assert_allclose(m.channel_names, [450.0, 550.0], rtol=1e-9)
+        np.testing.assert_allclose(m.f([0, 0, 1], [0, 0, 1]), 0.15, rtol=1e-9)
+        return
+    angle = TIMES[units["angle_unit"]]
     rows: list[list] = [["theta_i", "phi_i", "theta_o", "phi_o", "wavelength", "BRDF" if f == 1.0 else "BRF"]]
     places = [
         (i, 0.0, o, phi, x) for i in (0.2, 0.7) for o in (0.1, 0.5) for phi in (0.0, 1.0, 2.0) for x in (450, 550)
     ]
-    rows += [[i * angle, 0.0, o * angle, phi * angle, x * nm, f * (0.1 + 0.1 * o)] for i, _, o, phi, x in places]
+    rows += [[i * angle, 0.0, o * angle, phi * angle, nm(x), f * (0.1 + 0.1 * o)] for i, _, o, phi, x in places]
     path = tmp_path / f"m{suffix}"
     path.write_bytes(packed(rows))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         m = gn.load(path, **units)
-    assert list(m.channel_names) == [450.0, 550.0]
+    np.testing.assert_allclose(m.channel_names, [450.0, 550.0], rtol=1e-9)
     found = m.f(gn.direction(0.7, 0.0), gn.direction(0.5, [0.0, 1.0, 2.0]))
     np.testing.assert_allclose(found, 0.15, rtol=1e-9, err_msg=f"gn.load({path}, **{units})")
 

@@ -12,6 +12,7 @@ from functools import partial
 from io import BytesIO
 from pathlib import Path
 
+import fuzzing_texts
 import xarray
 from fuzzing import mutated, outcome, outcome_of
 from fuzzing_datasets import mutated_dataset
@@ -74,5 +75,6 @@ TRIALS: dict[str, Callable[[Path], Callable[[int], str]]] = {
     "MERL whole": _whole_merl,
     "dataset": _measurement,
     "MCD43A1 dataset": _modis,
+    **{name: partial(fuzzing_texts.trial, name) for name in fuzzing_texts.SEEDS},
 }
 """Given a path to write damaged files to: what becomes of the mutation with a number, see `outcome`."""

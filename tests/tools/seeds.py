@@ -251,7 +251,9 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "NIST Mueller": mueller_table,
     "Zernike": lambda: ZERNIKE,
     "BRF table": lambda: BRF_TABLE,
-    "reflectance spectrum": lambda: b"350 0.9878 0.0053\n351 0.9889 0.0053\n352 0.9872 0.0053\n",
+    "reflectance spectrum": lambda: (
+        b"wavelength (nm) reflectance u\n350 0.9878 0.0053\n351 0.9889 0.0053\n352 0.9872 0.0053\n"
+    ),
     "MCD43A1": mcd43,
     "MERL": _merl,
     "RGL": _rgl,

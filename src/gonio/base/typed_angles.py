@@ -17,7 +17,7 @@ UNITS = {
 }
 """Units -> how many degrees they are."""
 
-_TYPED = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z°]*)\s*", re.IGNORECASE | re.ASCII)
+_TYPED = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)\s*([a-z°]*)\s*", re.IGNORECASE | re.ASCII)
 
 
 def typed_angle(text: str) -> tuple[float, str]:

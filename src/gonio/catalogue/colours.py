@@ -15,11 +15,11 @@ from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..base.textured import require_numbers
 from ..errors import DependencyError, NotFoundError, ParameterError, ShapeError, shown, suggestion
+from ..formula.blackbody import Blackbody
 from ..formula.fields import Param, Part
 from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum, as_wavelengths
 from ..pictures.colour import LONGEST, RGB_OF_XYZ, SHORTEST, WHITE, matrix_of, observer, transformed
-from ..radiometry import PLANCK, SPEED_OF_LIGHT
 
 OBSERVERS = {
     "1931": "CIE 1931 2 Degree Standard Observer",
@@ -27,9 +27,6 @@ OBSERVERS = {
     "2015": "CIE 2015 2 Degree Standard Observer",
     "2015-10": "CIE 2015 10 Degree Standard Observer",
 }
-
-BOLTZMANN = 1.380649e-23
-"""k [J/K]: exact, SI 2019."""
 
 
 def library() -> Any:
@@ -81,25 +78,23 @@ def illuminant(name: str) -> Spectrum:
 
 
 @checked
-def blackbody(temperature: float) -> Spectrum:
-    r"""The spectral radiance of a black body, $L = (2hc^2/\lambda^5) / (e^{hc/(\lambda kT)} - 1)$.
+def blackbody(temperature: float) -> Blackbody:
+    r"""The spectral radiance of a black body, $L = (2hc^2/\lambda^5) / (e^{hc/(\lambda kT)} - 1)$, at every wavelength.
 
-    Shapes   every nanometre from 300 to 830 nm, with straight lines in between.
+    Shapes   `wavelengths`, of plots and means over bands: 10 nm to 1 mm, each nanometre from 300 to 830 nm among them.
     Units    temperature: K; wavelengths: nm; radiance: W m-2 sr-1 nm-1.
-    Error    rounding at these wavelengths; straight lines add 2e-5 of the value at most above 2000 K.
+    Error    rounding. Means over bands have straight lines between `wavelengths`: 2e-5 of the value at most where it is
+             above 1e-3 of its maximum.
     Source   Planck's law; h, c, k of the SI.
 
     Example
     >>> sun, candle = gn.blackbody(5772.0), gn.blackbody(1900.0)
     >>> print(sun.at(500.0).round(), (candle.at(650.0) / candle.at(450.0)).round(1))
     26239.0 28.2
+    >>> print((1e3 * gn.blackbody(300.0).at(10000.0)).round(3))  # W m-2 sr-1 um-1
+    9.924
     """
-    if not 100.0 <= temperature <= 1e6:
-        raise ParameterError(f"blackbody({temperature!r}): expected a temperature from 100 to 1e6 K")
-    nm = np.arange(300.0, 831.0)
-    metres = nm * 1e-9
-    exponent = PLANCK * SPEED_OF_LIGHT / (metres * BOLTZMANN * temperature)
-    return Spectrum(nm, 2e-9 * PLANCK * SPEED_OF_LIGHT**2 / metres**5 / np.expm1(exponent))
+    return Blackbody(temperature)
 
 
 @cache

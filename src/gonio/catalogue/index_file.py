@@ -73,7 +73,8 @@ def read(path: str | Path) -> Spectra:
     if "n" not in found:
         raise FormatError(f"{path}: no refractive index n; expected DATA with a block of n, of nk, or a formula")
     n = found["n"]
-    return Spectra(n, found.get("k", Spectrum(n.wavelengths[[0, -1]], [0.0, 0.0])))
+    ends = np.unique(n.wavelengths[[0, -1]])
+    return Spectra(n, found.get("k", Spectrum._of_nanometres(ends, 0.0 * ends)))
 
 
 def _blocks(where: str, lines: list[str]) -> Iterator[tuple[int, dict[str, str]]]:
@@ -119,11 +120,16 @@ def _spectra(where: str, block: dict[str, str]) -> dict[str, Spectrum]:
         rows = [_numbers(line, "data") for line in block.get("data", "").splitlines()]
         if not rows or {len(row) for row in rows} != {1 + len(what)}:
             raise ParameterError(f"a table of {what}; expected rows of {1 + len(what)} numbers")
-        nm, first = np.unique(np.array([_nanometres(row[0]) for row in rows]), return_index=True)
+        um, first = np.unique(np.array([row[0] for row in rows]), return_index=True)
+        nm = np.array([_nanometres(x) for x in um])
+        columns = np.array(rows)[first, 1:].T
+        if not (um[0] > 0.0 and np.isfinite(nm).all() and np.isfinite(columns).all()):
+            raise ParameterError(
+                f"a table of {what}; expected a wavelength above 0 [um] and finite numbers in each row"
+            )
         if len(nm) < len(rows):
             warn(f"{where}: {len(rows) - len(nm)} wavelengths stand twice; the first of each is taken", MeaningWarning)
-        columns = np.array(rows)[first, 1:].T
-        return {name: Spectrum(nm, x) for name, x in zip(what, columns, strict=True)}
+        return {name: Spectrum._of_nanometres(nm, x) for name, x in zip(what, columns, strict=True)}
     raise ParameterError(f"type: {block.get('type', '')!r:.60}; expected tabulated n, k or nk, or formula 1 to 9")
 
 

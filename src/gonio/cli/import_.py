@@ -64,9 +64,11 @@ def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | 
         raise ParameterError(f"{file}: no such file; expected a table, CSV or .xlsx")
     module = recognised(file, names_in(texts))
     if not hasattr(module, "understood"):
+        about = getattr(load_as_typed(file, texts), "about", {})  # or says what has two readings
+        read = f", read as {about['understood']}" if "understood" in about else ""
         raise ParameterError(
-            f"{file}: a {module.NAME} file, which needs no import: `gonio info` describes it, `gonio convert` writes "
-            f"it in another format"
+            f"{file}: a {module.NAME} file{read}, which needs no import: `gonio info` describes it, `gonio convert` "
+            f"writes it in another format"
         )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MeaningWarning)  # `suspicions` says the same

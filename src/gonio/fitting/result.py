@@ -27,7 +27,7 @@ from .solver import Solved
 ALIKE = 0.95
 """Correlation from which two numbers are hard to tell apart."""
 
-LONG_NUMBER = re.compile(r"\d+\.\d{4,}(?:e[-+]?\d+)?")
+LONG_NUMBER = re.compile(r"(?<!\d)\d+\.\d{4,}(?:e[-+]?\d+)?")
 DEFAULT = ", masking='height_correlated'"
 """What titles leave out: digits, and the option that microfacets usually have."""
 

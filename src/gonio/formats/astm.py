@@ -31,7 +31,7 @@ TRANSMITS = True
 
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 
-_VARS = re.compile(r"^[ \t]*VARS[ \t]+(?=.*theta_i)(?=.*theta_s)", re.IGNORECASE | re.MULTILINE)
+_VARS = re.compile(r"^[ \t]*VARS[ \t](?=.*theta_i)(?=.*theta_s)", re.IGNORECASE | re.MULTILINE)
 
 
 def matches(head: bytes, size: int) -> bool:

@@ -126,7 +126,9 @@ def read(path: Path) -> Neural:
             kernels, biases = zip(*(_layer(file, k, shape) for k, shape in enumerate(SHAPES, start=1)), strict=True)
     except FileNotFoundError:
         raise NotFoundError(f"{path}: no such file") from None
-    except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # h5py raises any of damaged files
         raise FormatError(f"{path}: damaged, or no network of 6, 21, 21 and 3 neurons: {error}") from None
     return Neural(kernels, biases, str(path))
 

@@ -1,25 +1,32 @@
 """Spectra of reflectance, as panels are calibrated with: two or three columns, wavelength, reflectance, uncertainty.
 
-Wavelengths are in nm and rise; reflectances are fractions; lines that begin with "#" or ";" are passed over, and up to
-three lines of words come before the numbers. Such a file says nothing of directions: it is read as a Lambertian
-surface, which is an assumption. Checked against a real file (Labsphere's 8 degrees/hemispherical calibration of a
-Spectralon panel, published by GRIT Lab). Whether its uncertainties are standard or expanded ones the file does not say:
-they are taken as they are.
+Names of columns say the unit (nm, um, cm-1, eV; percent) and the quantity. What is no reflectance, what is not known,
+and what has two readings, such as a third column without a name, is refused with the option that decides; numbers go by
+the understanding of laboratories' tables. Two columns without names are wavelength [nm] and reflectance, and a warning
+says so. Such a file says nothing of directions: it is read as a Lambertian surface, which is an assumption. Checked
+against a real file (Labsphere's 8 degrees/hemispherical calibration of a Spectralon panel, published by GRIT Lab).
+Uncertainties that do not say whether they are standard or expanded ones are taken as they are.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import ops
 from ..base.measured import Measured
-from ..errors import FormatError, ParameterError
+from ..cells import decimal_sign, delimiter_of, split
+from ..errors import FormatError, MeaningWarning, ParameterError, warn
 from ..formula.state import note
 from ..models.lambertian import Lambertian
+from ..tables.angle_systems import ANGLES
+from ._laboratory.names import IGNORE, UNCERTAINTY, WAVELENGTH, WAVELENGTH_UNITS, meaning, nanometres, unit_of
+from ._laboratory.spectra import OTHER, REFLECTANCE, SpectrumColumn, column, is_reflectance, names_in, other, words_of
+from ._options import ABOVE_ZERO, Declared
 from ._reading import plain_text
 
 if TYPE_CHECKING:
@@ -34,52 +41,309 @@ ORACLE = "real file (GRIT Lab, Spectralon)"
 COMMENTS = ("#", ";")
 SHORTEST, LONGEST = 100.0, 100000.0  # wavelengths [nm] that a file of this kind may begin and end with
 ASSUMPTION = "Lambertian: f = reflectance/pi for all directions; the file has no angles"
+ROWS = 400
+"""Rows that say what is between numbers."""
+
+HEADER = 30
+"""Lines above the numbers, at most."""
+
+WORDS = {"wavelength": WAVELENGTH, "reflectance": REFLECTANCE, "u": UNCERTAINTY, "ignore": IGNORE}
+"""What a column may be said to be."""
+
+
+class _Text(NamedTuple):
+    """Lines above the numbers with their number and whether they are comments; and rows of cells with their number."""
+
+    above: list[tuple[int, str, bool]]
+    rows: list[tuple[int, list[str]]]
+
+    def names(self) -> tuple[int, list[str], list[str]]:
+        """The line of names, these, and units below them; 0 and none where nothing names columns."""
+        units, count = [""] * len(self.rows[0][1]), len(self.rows[0][1])
+        for number, line, _ in reversed(self.above):
+            cells = split(
+                line, delimiter_of("", [line]) if any(d in line for d in ";\t|") else "," if "," in line else " "
+            )
+            below = [unit_of(cell.strip("[](){}")) for cell in cells]
+            if len(cells) == count and all(below):
+                units = [unit or "" for unit in below]
+            if names := [] if all(below) else names_in(line, count):
+                return number, names, units
+        return 0, [], units
+
+
+def _text(path: object, lines: Sequence[str], decimal: str | None) -> _Text:
+    """The lines of a file, with points for decimal signs. Raises FormatError where a comma has two readings."""
+    above: list[tuple[int, str, bool]] = []
+    rows: list[tuple[int, str]] = []
+    for number, line in enumerate(lines, 1):
+        kept = line.strip()
+        if not kept:
+            continue
+        if not rows and len(above) <= HEADER and not _begins_with_number(kept):
+            above.append((number, kept.lstrip("#; \t"), kept.startswith(COMMENTS)))
+        elif not kept.startswith(COMMENTS):
+            rows.append((number, kept))
+    first = [row for _, row in rows[:ROWS]]
+    delimiter = delimiter_of(path, first, decimal)
+    cells = [(number, split(row, delimiter)) for number, row in rows]
+    if {len(row) for _, row in cells[:ROWS]} <= {2, 3} and delimiter != ",":
+        sign = decimal or decimal_sign(path, [cell for _, row in cells[:ROWS] for cell in row])
+        if sign == ",":
+            return _Text(above, [(k, [x.replace(".", "").replace(",", ".") for x in row]) for k, row in cells])
+    return _Text(above, [(number, plain_text.split(row)) for number, row in rows])  # any of blanks, commas, semicolons
+
+
+def _begins_with_number(line: str) -> bool:
+    words = plain_text.split(line)
+    return bool(words) and plain_text.is_number(words[0])
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so can be one of these: all its lines are wavelength, reflectance[, uncertainty]."""
-    lines = [line.strip() for line in plain_text.start(head).split("\n")]
+    """Whether a file that starts so can be one of these: all its rows are wavelength, reflectance[, uncertainty]."""
+    lines = head.decode("utf-8", "replace").replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if size > len(head):
         lines = lines[:-1]  # may be cut
-    rows = [words for line in lines if (words := plain_text.split(line)) and not line.startswith(COMMENTS)]
-    rows = rows[next((k for k, row in enumerate(rows[:4]) if plain_text.is_number(row[0])), 0) :]
+    for decimal in (None, ",", "."):  # which `read` asks about
+        try:
+            text = _text("", lines, decimal)
+            break
+        except FormatError:
+            continue
+    else:
+        return False
+    rows = [row for _, row in text.rows]
     if len(rows) < 2 or len({len(row) for row in rows}) > 1 or len(rows[0]) not in (2, 3):
         return False
     if not all(plain_text.is_number(x) for row in rows for x in row):
         return False
+    _, names, _ = text.names()
     nm, rho = np.array(rows, dtype=float).T[:2]
-    return bool(nm[0] >= SHORTEST and nm[-1] <= LONGEST and (np.diff(nm) > 0.0).all() and (np.abs(rho) <= 120.0).all())
+    steps = np.diff(nm)
+    if not ((steps > 0.0).all() or (steps < 0.0).all()):
+        return False
+    if any(meaning(name).key in (*ANGLES, "angle") for name in names):
+        return False
+    if any(column(name).key == WAVELENGTH for name in names):
+        return True
+    words = sum(not is_comment for _, _, is_comment in text.above)
+    return bool(words <= 3 and nm.min() >= SHORTEST and nm.max() <= LONGEST and (np.abs(rho) <= 120.0).all())
 
 
-def read(path: Path) -> ReflectanceSpectrum:
-    """The spectrum, as a Lambertian surface. Raises FormatError with the line where there is something else.
+Columns = Annotated[
+    Sequence[Annotated[str, Declared("what a column is", words=tuple(WORDS))]] | None,
+    Declared("what the columns are, in their order"),
+]
+WavelengthUnit = Annotated[
+    str | None, Declared("unit of wavelengths whose name has none; nm if not given", words=WAVELENGTH_UNITS)
+]
+Quantity = Annotated[
+    str | None, Declared("that the values are reflectances, whatever their name says", words=(REFLECTANCE,))
+]
+ValueUnit = Annotated[str | None, Declared("unit of reflectances whose name has none", words=("1", "%"))]
+Coverage = Annotated[
+    float | None, Declared("coverage factor k of the uncertainties, which are divided by it", ABOVE_ZERO, 10.0)
+]
+Spread = Annotated[
+    str | None,
+    Declared("whether uncertainties are shares of the values, or of their unit", words=("relative", "absolute")),
+]
+Decimal = Annotated[str | None, Declared("decimal sign, where a comma has two readings", words=(".", ","))]
+
+
+def read(
+    path: Path,
+    columns: Columns = None,
+    wavelength_unit: WavelengthUnit = None,
+    quantity: Quantity = None,
+    value_unit: ValueUnit = None,
+    coverage: Coverage = None,
+    uncertainty: Spread = None,
+    decimal: Decimal = None,
+) -> ReflectanceSpectrum:
+    """The spectrum, as a Lambertian surface.
+
+    Raises FormatError with the line where there is something else, and for what is no reflectance, is not known, or has
+    two readings, with the option that decides.
 
     Example
-    >>> np.savetxt("panel.asc", [[400.0, 0.97], [500.0, 0.98], [600.0, 0.98], [700.0, 0.99]])
-    >>> print(gn.load("panel.asc").channel_names)
-    (400.0, 500.0, 600.0, 700.0)
+    >>> with open("dark.csv", "w") as file:
+    ...     n = file.write("wavelength (nm),reflectance (%)\\n400,0.41\\n500,0.42\\n600,0.45\\n")
+    >>> dark = gn.load("dark.csv")
+    >>> print(dark.channel_names, gn.albedo(dark, [0, 0, 1]).round(4))
+    (400.0, 500.0, 600.0) [0.0041 0.0042 0.0045]
     """
-    lines = plain_text.read(path, COMMENTS)
-    words: list[str] = []
-    while (line := lines.peek()) is not None:
-        row = plain_text.split(line)
-        if len(words) == 3 or (row and plain_text.is_number(row[0])):
-            break
-        words.append(lines.take("a line"))
-    if line is None:
-        raise lines.cut_short("rows of wavelength and reflectance")
-    columns = len(row)
-    if columns not in (2, 3):
-        raise lines.fault(line, "two or three columns: wavelength [nm], reflectance, and its uncertainty")
-    rows = lines.rows(columns, expected="numbers: wavelength [nm], reflectance, and its uncertainty")
-    return ReflectanceSpectrum(rows, str(path), {"text": words} if words else {})
+    text = _text(path, plain_text.text(path).split("\n"), decimal)
+    if not text.rows:
+        raise FormatError(f"{path}: ends after line {len(text.above)}, expected rows of wavelength and reflectance")
+    numbers = _numbers(path, text)
+    line, names, below = text.names()
+    asked = _Asked(path, line, names, numbers.shape[1])
+    found = (
+        asked.told(columns)
+        if columns is not None
+        else asked.by_name(quantity)
+        if names
+        else asked.unnamed(text, quantity)
+    )
+    of = {c.key: k for k, c in enumerate(found) if c.key in (WAVELENGTH, REFLECTANCE, UNCERTAINTY)}
+    nm, unit = _nanometres(
+        path, numbers[:, of[WAVELENGTH]], found[of[WAVELENGTH]].unit or below[of[WAVELENGTH]], wavelength_unit
+    )
+    share = found[of[REFLECTANCE]].unit or below[of[REFLECTANCE]] or value_unit or "1"
+    rho = numbers[:, of[REFLECTANCE]] * (0.01 if share == "%" else 1.0)
+    if share != "%" and rho.max() > 1.0 and value_unit is None:
+        got = f"reflectances from {rho.min():g} to {rho.max():g}"
+        raise FormatError(f"{path}: {got}, expected 0 to 1; if they are percentages say value_unit='%'")
+    kept = [nm, rho]
+    understood = [f"wavelengths in {unit}", "reflectance in percent, divided by 100" if share == "%" else "reflectance"]
+    if UNCERTAINTY in of:
+        c = found[of[UNCERTAINTY]]
+        c = c._replace(unit=c.unit or below[of[UNCERTAINTY]])
+        u, words = asked.standard(numbers[:, of[UNCERTAINTY]], c, rho, share, coverage, uncertainty)
+        kept.append(u)
+        understood.append(words)
+    rows = np.stack(kept, axis=1)
+    about: dict[str, Any] = {"understood": ", ".join(understood)}
+    if names:
+        about["columns"] = ", ".join(names)
+    if others := [words for number, words, _ in text.above if number != line and words]:
+        about["text"] = others
+    m = ReflectanceSpectrum(rows if len(nm) < 2 or nm[0] < nm[-1] else rows[::-1], str(path), about)
+    if asked.taken:
+        taken = "two columns without names, taken for wavelength [nm] and reflectance of a surface"
+        cure = f"of that say quantity='{REFLECTANCE}'; a lamp or a filter is gn.Spectrum(wavelengths, values)"
+        warn(f"{path}: {taken}; {cure}", MeaningWarning)
+    return m
+
+
+def _numbers(path: Path, text: _Text) -> np.ndarray:
+    count = len(text.rows[0][1])
+    expected = "two or three numbers: wavelength, reflectance, and its uncertainty"
+    for number, row in text.rows:
+        if len(row) != count or count not in (2, 3) or not all(map(plain_text.is_number, row)):
+            raise FormatError(f"{path}, line {number}: got {' '.join(row)[:60]!r}, expected {expected}")
+    return np.array([row for _, row in text.rows], dtype=float)
+
+
+def _nanometres(path: Path, numbers: np.ndarray, stated: str, said: str | None) -> tuple[np.ndarray, str]:
+    """Wavelengths [nm], and the unit that they are in."""
+    if stated and said and said != stated:
+        raise ParameterError(f"wavelength_unit={said!r}: {path} says {stated}; leave the option out")
+    unit = stated or said
+    if not unit and numbers.max() < SHORTEST:
+        raise FormatError(
+            f"{path}: wavelengths from {numbers.min():g} to {numbers.max():g}, and no unit is stated: micrometres? say "
+            f"wavelength_unit='um', 'nm' or 'eV'"
+        )
+    return nanometres(numbers, unit or "nm"), unit or "nm (unstated)"
+
+
+class _Asked:
+    """The columns of a file, and the questions about them."""
+
+    def __init__(self, path: Path, line: int, names: list[str], count: int):
+        self.path, self.names, self.count, self.taken = path, names, count, False
+        self.where = f"{path}, line {line}" if line else str(path)
+
+    def told(self, columns: Sequence[str]) -> list[SpectrumColumn]:
+        """As the caller says, with the units of the names."""
+        found = [
+            (column(name) if name else SpectrumColumn(""))._replace(key=WORDS[word], what="")
+            for word, name in zip(columns, self.names or [""] * len(columns), strict=False)
+        ]
+        keys = [c.key for c in found]
+        once = keys.count(WAVELENGTH) == keys.count(REFLECTANCE) == 1 and keys.count(UNCERTAINTY) <= 1
+        if len(columns) != self.count or not once:
+            rule = f"expected a word for each of the {self.count} columns, wavelength and reflectance once"
+            raise ParameterError(f"columns={','.join(columns)}: {rule}, as in wavelength,reflectance,ignore")
+        return found
+
+    def by_name(self, quantity: str | None) -> list[SpectrumColumn]:
+        """As the names say; `quantity`: values are a reflectance."""
+        found = [column(name) for name in self.names]
+        if quantity is not None and REFLECTANCE not in [c.key for c in found]:
+            found = [c._replace(key=REFLECTANCE) if c.key in (OTHER, "", IGNORE) else c for c in found]
+        keys = [c.key for c in found]
+        if keys.count(WAVELENGTH) != 1:
+            raise self.fault(f"{self.listed}: {keys.count(WAVELENGTH)} of them are wavelengths, expected one")
+        values = [name for name, key in zip(self.names, keys, strict=True) if key == REFLECTANCE]
+        for name, c in zip(self.names, found, strict=True):
+            if c.key == OTHER and not values:
+                raise self.no_reflectance(f"column {name!r:.60}", c.what)
+            if c.key in (OTHER, ""):
+                what = f"is {c.what}" if c.what else "is not known"
+                says = "say what it is, or leave it out"
+                raise self.fault(
+                    f"column {name!r:.60} {what}; {says}", f"quantity='{REFLECTANCE}'" if not values else ""
+                )
+        if len(values) != 1:
+            several = (
+                f"{' and '.join(map(repr, values))} are reflectances: which is meant" if values else "no reflectance"
+            )
+            raise self.fault(f"{several if values else self.listed + ': ' + several}")
+        if keys.count(UNCERTAINTY) > 1:
+            raise self.fault(f"{self.listed}: two uncertainties, expected one")
+        return found
+
+    def unnamed(self, text: _Text, quantity: str | None) -> list[SpectrumColumn]:
+        """Of a file in which nothing names the columns: wavelength and reflectance, unless its words say otherwise."""
+        reflects = quantity is not None or any(is_reflectance(words_of(line)) for _, line, _ in text.above)
+        for number, line, is_comment in text.above:
+            if (of := other(line)) and not reflects:
+                raise self.no_reflectance(f"line {number}, {line!r:.60},", of)
+            if not is_comment and words_of(line) and not reflects:
+                raise self.fault(f"line {number}, {line!r:.60}, does not say what the columns are")
+        if self.count == 3:
+            raise self.fault("three columns and no names: the third may be an uncertainty, or another reflectance")
+        self.taken = not reflects
+        return [SpectrumColumn(WAVELENGTH), SpectrumColumn(REFLECTANCE)]
+
+    @property
+    def listed(self) -> str:
+        return f"columns {', '.join([f'{name!r:.40}' for name in self.names])}"
+
+    def fault(self, text: str, more: str = "") -> FormatError:
+        """The error with the option that decides."""
+        third = ",u" if self.count == 3 else ""
+        ways = [f"columns=wavelength,reflectance{third}", *(["columns=wavelength,reflectance,ignore"] if third else [])]
+        return FormatError(f"{self.where}: {text}; say {' or '.join([*ways, *([more] if more else [])])}")
+
+    def no_reflectance(self, name: str, what: str) -> FormatError:
+        return FormatError(
+            f"{self.where}: {name} is {what}, no reflectance of a surface; gn.Spectrum(wavelengths, values) holds it, "
+            f"as lights, refractive indices and weights take it; if it is a reflectance all the same say "
+            f"quantity='{REFLECTANCE}', or columns=wavelength,reflectance{',ignore' if self.count == 3 else ''}"
+        )
+
+    def standard(
+        self, u: np.ndarray, c: SpectrumColumn, rho: np.ndarray, share: str, coverage: float | None, said: str | None
+    ) -> tuple[np.ndarray, str]:
+        """Standard uncertainties of reflectances, and words for how they are stated."""
+        if c.coverage and c.coverage != 1.0 and coverage not in (None, c.coverage):
+            raise ParameterError(f"coverage={coverage:g}: {self.where} says k = {c.coverage:g}; leave the option out")
+        if c.coverage == 0.0 and coverage is None:
+            raise FormatError(f"{self.where}: an expanded uncertainty, and by which factor k? say coverage=2 for k = 2")
+        k = c.coverage if c.coverage not in (None, 0.0, 1.0) else coverage or 1.0
+        relative = {"relative": True, "absolute": False}.get(said or "", c.relative)
+        if relative is None and c.unit == share == "%":
+            raise FormatError(
+                f"{self.where}: an uncertainty in percent, of the value or as the values? say "
+                f"uncertainty='relative' or uncertainty='absolute'"
+            )
+        relative = c.unit == "%" if relative is None else relative
+        words = f"uncertainty{', relative' if relative else ''}{f', divided by k = {k:g}' if k != 1.0 else ''}"
+        scale = (0.01 if "%" in (c.unit, "" if relative else share) else 1.0) / k
+        return u * scale * (np.abs(rho) if relative else 1.0), words
 
 
 def write(m: ReflectanceSpectrum, path: Path) -> None:
-    """Write the rows as they were read, number by number. Raises ParameterError for other materials."""
+    """Write the rows, number by number, below names. Raises ParameterError for other materials."""
     if not isinstance(m, ReflectanceSpectrum):
         raise ParameterError(f"{m!r:.80}: expected a reflectance spectrum; others need a format with directions")
-    plain_text.write(path, chain((f"{line}\n" for line in m.about.get("text", [])), plain_text.join(m.rows)))
+    names = " ".join(("wavelength[nm]", "reflectance[1]", "u[1]")[: m.rows.shape[1]])
+    above = chain((f"# {line}\n" for line in m.about.get("text", [])), (names + "\n",))
+    plain_text.write(path, chain(above, plain_text.join(m.rows)))
 
 
 class ReflectanceSpectrum(Lambertian, Measured):
@@ -91,7 +355,7 @@ class ReflectanceSpectrum(Lambertian, Measured):
 
     Shapes   rows: (n, 2 or 3). f: (..., n).
     Units    f: 1/sr; rows: nm, 1, 1.
-    Error    `uncertainty`, as in the file, of rho; that of the assumption is not in it.
+    Error    `uncertainty`, of rho, as the file states it; that of the assumption is not in it.
     Source   definition.
     """
 
@@ -99,7 +363,7 @@ class ReflectanceSpectrum(Lambertian, Measured):
     quantity = "reflectance"
 
     rows: np.ndarray = note()
-    """As in the file."""
+    """Wavelength [nm], reflectance, and its standard uncertainty; wavelengths rise."""
     uncertainty: np.ndarray | None = note()
     """Of rho, by wavelength."""
 

@@ -44,6 +44,8 @@ def interpolation(name: str, known: np.ndarray, new: np.ndarray) -> np.ndarray:
 def shares(name: str, spectrum: Spectrum, wavelengths: np.ndarray) -> np.ndarray:
     """The share (C,) of a whole spectrum, 0 where it is not given, that lies in each band about wavelengths [nm]."""
     x, y = spectrum.wavelengths, spectrum.values
+    if y.min() < 0.0:
+        raise ParameterError(f"{name}: a spectrum with {y.min():g} in it; expected numbers of 0 or more")
     ends = edges(wavelengths)
     inside = np.clip(ends, x[0], x[-1])
     places = np.union1d(inside, x)

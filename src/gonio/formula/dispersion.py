@@ -11,8 +11,9 @@ import numpy as np
 from ..arrays import ops
 from ..errors import ParameterError
 from ..numbers import NANOMETRES
-from .spectrum import Spectrum, require_within
-from .text import literal, shown
+from .bands import edges
+from .spectrum import Spectrum, as_wavelengths, require_within
+from .text import shown
 
 Coefficients = Sequence[float]
 
@@ -110,6 +111,7 @@ class Dispersion(Spectrum):
 
     formula: int
     coefficients: tuple[float, ...]
+    reach: tuple[float, float]
 
     def __init__(self, formula: Any, coefficients: Any, reach: Any):
         call = f"Dispersion({shown(formula)}, {shown(coefficients)})"
@@ -134,13 +136,16 @@ class Dispersion(Spectrum):
         nm = np.linspace(low, high, SAMPLES)
         with np.errstate(all="ignore"):
             n = function(nm / 1000.0, given)
-        if not np.isfinite(n).all():
-            bad = nm[~np.isfinite(n)][0]
-            raise ParameterError(f"{call}: has no real value at {bad:g} nm; expected one from {low:g} to {high:g} nm")
-        super().__init__(nm, n)
+        real = np.isfinite(n)
+        if real.sum() < 2:
+            raise ParameterError(f"{call}: has no real value from {low:g} to {high:g} nm; expected one")
+        object.__setattr__(self, "reach", (low, high))
+        super().__init__(nm[real], n[real])
 
     def at(self, wavelengths: Any) -> Any:
-        """The index at wavelengths [nm], of their shape. Raises ParameterError outside the formula's reach.
+        """The index at wavelengths [nm], of their shape.
+
+        Raises ParameterError outside the formula's reach, and where it has no real value, as at a resonance.
 
         Example
         >>> silica = gn.Dispersion(1, [0, 0.6961663, 0.0684043, 0.4079426, 0.1162414, 0.8974794, 9.896161], [210, 6700])
@@ -148,16 +153,32 @@ class Dispersion(Spectrum):
         [1.4631 1.4585 1.4564]
         """
         nm = np.asarray(ops.numbers(wavelengths), dtype=float)
-        require_within(nm, self.wavelengths[0], self.wavelengths[-1])
-        n = FORMULAS[self.formula][0](nm / 1000.0, self.coefficients)
+        require_within(nm, *self.reach)
+        with np.errstate(all="ignore"):
+            n = FORMULAS[self.formula][0](nm / 1000.0, self.coefficients)
+        if not np.isfinite(n).all():
+            bad = nm[~np.isfinite(n)].flat[0]
+            raise ParameterError(f"{self!r:.60}: has no real value at {bad:g} nm; take wavelengths at which it has one")
         return n[()]
 
+    def bands(self, wavelengths: Any) -> np.ndarray:
+        """The means over bands about wavelengths [nm], (C,), in which the formula has a real value throughout.
+
+        Example
+        >>> silica = gn.Dispersion(1, [0, 0.6961663, 0.0684043, 0.4079426, 0.1162414, 0.8974794, 9.896161], [210, 6700])
+        >>> print(silica.bands([486.1, 587.6, 656.3]).round(3))
+        [1.463 1.459 1.456]
+        """
+        nm = np.linspace(*self.reach, SAMPLES)
+        ends = edges(np.atleast_1d(as_wavelengths(f"bands({shown(wavelengths)})", wavelengths)))
+        self.at(nm[(nm >= ends.min()) & (nm <= ends.max())])
+        return super().bands(wavelengths)
+
     def _key(self) -> tuple[Any, ...]:
-        return self.formula, self.coefficients, self.wavelengths[0], self.wavelengths[-1]
+        return self.formula, self.coefficients, self.reach
 
     def __repr__(self) -> str:
-        reach = literal(self.wavelengths[[0, -1]])
-        return f"Dispersion({self.formula}, {list(self.coefficients)}, {reach})"
+        return f"Dispersion({self.formula}, {list(self.coefficients)}, {list(self.reach)})"
 
     def to_json(self) -> dict[str, Any]:
         """The formula as JSON data.
@@ -166,10 +187,9 @@ class Dispersion(Spectrum):
         >>> print(gn.Dispersion(5, [1.5, 0.004, -2.0], [400, 700]).to_json()["coefficients"])
         [1.5, 0.004, -2.0]
         """
-        ends = self.wavelengths[[0, -1]].tolist()
         return {
             "type": "Dispersion",
             "formula": self.formula,
             "coefficients": list(self.coefficients),
-            "reach": ends,
+            "reach": list(self.reach),
         }

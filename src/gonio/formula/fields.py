@@ -152,8 +152,9 @@ class Param(Numbers):
                 out = float(low if low < self.low else high)
                 raise self._wrong(owner, value, f"{out:g} is out of bounds", cure=self._unit_meant(out))
             return float(array) if array.ndim == 0 else frozen(array)
-        if isinstance(value, Spectrum):
-            self.check(owner, value.values)
+        if isinstance(value, Spectrum):  # numbers only where it is bound: see `at`
+            if not self.allows(value.values).any():
+                self.check(owner, value.values)
             return value
         if isinstance(value, Texture):
             if outside := value.outside(self.low, self.high):
@@ -165,6 +166,19 @@ class Param(Numbers):
         if dtype.startswith("complex"):
             raise self._wrong(owner, value, "complex")
         return value  # an array of another library: its values may not be concrete, and reading them may be slow
+
+    def allows(self, values: Any) -> np.ndarray:
+        """Where numbers are within the bounds."""
+        allowed: np.ndarray = np.logical_and(values >= self.low, values <= self.high)
+        return allowed
+
+    def check_at(self, owner: str, values: Any, wavelengths: Any) -> None:
+        """Raises ParameterError where those of a spectrum at wavelengths [nm] are out of bounds."""
+        outside = np.flatnonzero(~self.allows(np.atleast_1d(values)))
+        if outside.size:
+            got = f"{np.ravel(values)[outside[0]]:g} at {np.ravel(wavelengths)[outside[0]]:g} nm is out of bounds"
+            rule = f"expected {self.low:g} <= {self.name} <= {self.high:g} ({self.doc})"
+            raise ParameterError(f"at: {owner}.{self.name}: {got}; {rule}; take other wavelengths of the spectrum")
 
     def _unit_meant(self, out: float) -> str:
         """The unit that a number out of bounds is likely in, as the end of a message."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..bounds import CHANNELS, EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
+from .blackbody import Blackbody
 from .dispersion import Dispersion
 from .fields import CLASSES, Param
 from .parametrised import Parametrised
@@ -85,7 +86,11 @@ def _takes_any_number(kind: type[Parametrised]) -> bool:
     return any(p.kind is p.VAR_POSITIONAL for p in inspect.signature(kind).parameters.values())
 
 
-SPECTRA: dict[str, type[Spectrum]] = {"Spectrum": Spectrum, "Dispersion": Dispersion}
+SPECTRA: dict[str, type[Spectrum]] = {
+    "Spectrum": Spectrum,
+    "Dispersion": Dispersion,
+    "blackbody": Blackbody,
+}
 """The spectra that a text may name."""
 
 

@@ -17,7 +17,7 @@ from ._making import Made, to_write
 from .classes import Docstring, register
 from .exchange import Exchange
 from .fields import Channels, Field, Numbers, Ours, Param, Part, Table, Wavelengths
-from .spectrum import as_wavelengths, interpolated
+from .spectrum import Spectrum, as_wavelengths, interpolated
 from .state import Beside, Note
 from .text import shown
 from .value import Value
@@ -59,7 +59,8 @@ class Parametrised(Made):
 
         `m.at([450.0, 550.0, 650.0])` has a channel for each, and declares them; `m.at(550.0)` has no channel axis.
         Numbers of a material that has wavelengths are interpolated between these. Nothing is extrapolated: raises
-        ParameterError outside a spectrum, and for channels without wavelengths, such as RGB.
+        ParameterError outside a spectrum, where its numbers are out of bounds, and for channels without wavelengths,
+        such as RGB.
 
         Example
         >>> paint = gn.Lambertian(gn.Spectrum([400.0, 700.0], [0.2, 0.8]))
@@ -83,6 +84,8 @@ class Parametrised(Made):
                 new = field.at(f"{type(self).__name__}.{name}", value, known, wavelengths)
             elif isinstance(field, Param):
                 new = interpolated(f"{type(self).__name__}.{name}", value, known, wavelengths)
+                if isinstance(value, Spectrum):
+                    field.check_at(type(self).__name__, new, wavelengths)
             else:
                 continue
             if new is not value:

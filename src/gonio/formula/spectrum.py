@@ -93,7 +93,8 @@ def require_within(nm: np.ndarray, low: float, high: float) -> None:
 class Spectrum:
     """Numbers by wavelength, with straight lines between them; nothing is extrapolated.
 
-    A parameter may be one: `gn.Lambertian(spectrum)` has no f until `m.at(wavelengths)` says where it is wanted.
+    A parameter may be one: `gn.Lambertian(spectrum)` has no f until `m.at(wavelengths)` says where it is wanted. The
+    parameter's bounds hold there.
 
     Shapes   wavelengths, values: (N,), N > 1; in any order.
     Units    wavelengths: nm; values: of the parameter.
@@ -130,6 +131,13 @@ class Spectrum:
             raise ParameterError(f"Spectrum(values={shown(values)}): NaN or infinite; leave such wavelengths out")
         order = np.argsort(nm)
         self.__setstate__({"wavelengths": nm[order], "values": numbers[order]})
+
+    @classmethod
+    def _of_nanometres(cls, wavelengths: Any, values: Any) -> Spectrum:
+        """A spectrum of rising wavelengths whose unit a file says: X rays are not asked about, and one may be alone."""
+        new = object.__new__(cls)
+        new.__setstate__({"wavelengths": np.array(wavelengths), "values": np.array(values)})
+        return new
 
     def at(self, wavelengths: Any) -> Any:
         """The values at wavelengths [nm], of their shape. Raises ParameterError outside the spectrum.

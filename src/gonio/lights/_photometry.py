@@ -25,6 +25,8 @@ ANGLES = 10_000
 SHAPES = {1: "C", 2: "B", 3: "A"}
 """Numbers of LM-63 -> type of photometry."""
 
+_TILT = re.compile(r"^[ \t]*TILT[ \t]*=(.*)$", re.IGNORECASE | re.MULTILINE)
+
 
 @dataclass(frozen=True, eq=False)
 class Photometry:
@@ -81,7 +83,7 @@ def read(path: str) -> Photometry:
     Raises NotFoundError for a missing file, FormatError for one that contradicts itself.
     """
     text = _text(path)
-    if re.match(r"\s*IES|(?:.*\n)*?\s*TILT\s*=", text[:100_000], re.IGNORECASE):
+    if text.lstrip()[:3].upper() == "IES" or _TILT.search(text):
         return ies(text, path)
     return ldt(text, path)
 
@@ -116,7 +118,7 @@ class _Numbers:
         try:
             numbers = np.array([float(word.replace(",", ".")) for word in words])
         except ValueError as error:
-            raise FormatError(f"{self.path}: {what}: {error}; expected {count} numbers") from None
+            raise FormatError(f"{self.path}: {what}: {str(error)[:80]}; expected {count} numbers") from None
         if not np.isfinite(numbers).all():
             raise FormatError(f"{self.path}: {what}: NaN or infinite; expected {count} numbers")
         self.at += count
@@ -141,7 +143,7 @@ def ies(text: str, path: str) -> Photometry:
 
     Source: IES LM-63-02, "Standard file format for the electronic transfer of photometric data".
     """
-    found = re.search(r"^[ \t]*TILT[ \t]*=[ \t]*(.*)$", text, re.IGNORECASE | re.MULTILINE)
+    found = _TILT.search(text)
     if found is None:
         raise FormatError(f"{path}: no line TILT=..., expected one in an IES file")
     numbers = _Numbers(re.split(r"[\s,]+", text[found.end() :].strip()), path)

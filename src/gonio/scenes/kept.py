@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-import zipfile
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -38,7 +37,7 @@ class Kept:
             with open(self.path, "rb") as file, np.load(file, allow_pickle=False) as held:
                 found = {name: held[name] for name in names}
                 identity = str(held["identity"])
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        except Exception as error:  # damage makes NumPy raise nearly every type there is
             raise FormatError(f"{self.path}: not a checkpoint of {self.noun} ({error}); {ADVICE}") from None
         if identity != self.identity:
             other = self.noun.replace("a ", "another ", 1)

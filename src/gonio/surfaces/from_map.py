@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import Annotated, Any
@@ -9,11 +10,15 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..arguments import Within, checked
-from ..errors import FormatError, NotFoundError, ParameterError
+from ..errors import Error, FormatError, NotFoundError, ParameterError, TooLargeError
 from ..numbers import numbers
 from ..numerics.filling import filled_in_layers
 from .height_field import MOST, UNITS, HeightField
 from .sdf import read_sdf
+from .text_map import read_text
+
+LARGEST = 1e30
+"""Size of a height, at most."""
 
 HOLES = 0.2
 """Share of a map that may be missing."""
@@ -31,16 +36,19 @@ def from_map(
     scale: Annotated[float, Within(1e-12, 1e12)] = 1.0,
     height_unit: str = "",
     edges: str = "mirror",
+    decimal: str | None = None,
 ) -> HeightField:
     """A surface from a height map: of an array (rows, columns), or of a file.
 
-    source       heights; a `.npy` file, a text file of rows of numbers, a gray picture (`.png`, `.tif`), or an SDF file
-                 (`.sdf`, ISO 25178-71), which has lengths of its own
+    source       heights; a `.npy` file, a text file of rows of numbers (commas are decimal signs where ";", tabs or
+                 blanks are between them), a gray picture (`.png`, `.tif`), or an SDF file (`.sdf`, ISO 25178-71),
+                 which has lengths of its own
     pixel        distance of the heights along x and y, in `unit`; none for an SDF file
     unit         "nm", "um", "mm" or "m"
     scale        a number of the source, in `height_unit` (by default `unit`): micrometres per gray level, say
     edges        how the map becomes periodic: "mirror", by its mirror images along x and y, whose directions count as
                  its own; or "wrap", where it is periodic already
+    decimal      the decimal sign of a text whose commas have two readings, "." or ","
 
     A plane is taken away, the map's tilt. Up to a fifth of the heights may be missing (NaN): they are filled in from
     their neighbours. The surface stands for a larger one: uncertainties come from the differences of its parts.
@@ -59,6 +67,8 @@ def from_map(
             raise ParameterError(f"{name}={word!r:.60}: expected one of {', '.join(map(repr, UNITS))}")
     if edges not in ("mirror", "wrap"):
         raise ParameterError(f"edges={edges!r:.60}: expected 'mirror' or 'wrap'")
+    if decimal not in (None, ".", ","):
+        raise ParameterError(f"decimal={decimal!r:.60}: expected '.' or ','")
     named = isinstance(source, (str, os.PathLike))
     title = Path(source).name if named else "height map"
     if named:
@@ -70,7 +80,7 @@ def from_map(
             height_unit, (dx, dy) = "m", (UNITS["m"] / UNITS[unit] * length for length in lengths)
             pixel = (dx, dy)
         else:
-            source = _read(path)
+            source = _read(path, decimal)
     if pixel is None:
         raise ParameterError(f"{title}: pixel is missing; expected the distance of its heights, in {unit}: pixel=0.5")
     try:
@@ -88,10 +98,15 @@ def from_map(
     missing = float(np.isnan(heights).mean())
     if missing > HOLES:
         raise ParameterError(f"{title}: {missing:.0%} of the heights are missing; expected at most {HOLES:.0%}")
-    heights *= scale * UNITS[height_unit or unit] / UNITS[unit]
-    if missing:
-        heights = filled_in_layers(heights[..., None], (False, False))[0][..., 0]
-    heights -= _plane(heights)
+    with np.errstate(all="ignore"):
+        heights *= scale * UNITS[height_unit or unit] / UNITS[unit]
+        if missing:
+            heights = filled_in_layers(heights[..., None], (False, False))[0][..., 0]
+        heights -= _plane(heights)
+    if not np.abs(heights).max() <= LARGEST:
+        raise ParameterError(
+            f"{title}: heights above {LARGEST:g} {unit}; expected smaller ones: NaN where one is missing"
+        )
     if edges == "mirror":
         if 4 * heights.size > MOST:
             raise ParameterError(
@@ -126,22 +141,42 @@ def _existing(path: Path) -> Path:
     return path
 
 
-def _read(path: Path) -> np.ndarray:
+def _read(path: Path, decimal: str | None) -> np.ndarray:
     """The numbers in a file."""
     suffix = path.suffix.lower()
     try:
         if suffix == ".npy":
-            found: np.ndarray = np.load(path, allow_pickle=False)
-            return found
+            return _array(path)
         if suffix in TEXTS:
-            text = path.read_text(encoding="utf-8-sig").replace(";", " ").replace(",", " ").replace("\t", " ")
-            return np.loadtxt(text.splitlines(), ndmin=2, comments="#")
+            return read_text(path, decimal)
         if suffix in PICTURES:
             return _gray(path)
-    except (ValueError, OSError, EOFError):
+    except Error:
+        raise
+    except MemoryError:
+        raise TooLargeError(f"{path}: there is not enough memory to read it; take every second height") from None
+    except Exception as error:  # damage makes NumPy and pillow raise nearly every type there is
         rule = "an array of numbers, rows of as many numbers each, or a gray picture, as the suffix says"
-        raise FormatError(f"{path}: not a height map; expected {rule}") from None
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:80]
+        raise FormatError(f"{path}: not a height map ({reason}); expected {rule}") from None
     raise FormatError(f"{path}: unknown suffix {suffix!r}; expected one of {', '.join(SUFFIXES)}")
+
+
+def _array(path: Path) -> np.ndarray:
+    """The array in a `.npy` file, which must hold all that its header announces before memory is taken for it."""
+    with open(path, "rb") as file:
+        version = np.lib.format.read_magic(file)
+        header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, by_columns, dtype = header(file)
+        count = math.prod(shape)
+        left = os.fstat(file.fileno()).st_size - file.tell()
+        if dtype.kind not in "biuf" or not 0 <= count <= MOST or count * dtype.itemsize > left:
+            got = f"{dtype} of shape {shape}"
+            raise FormatError(
+                f"{path}: {got:.80}, {left} bytes; expected real numbers, at most {MOST}, all of them there"
+            )
+        found = np.frombuffer(file.read(count * dtype.itemsize), dtype)
+    return found.reshape(shape, order="F" if by_columns else "C").astype(float)
 
 
 def _gray(path: Path) -> np.ndarray:

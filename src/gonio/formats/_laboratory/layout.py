@@ -7,11 +7,12 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ...cells import DELIMITERS, is_numeric
 from ...errors import FormatError
 from ...tables.angle_systems import ANGLES
 from .._reading import plain_text
 from .names import IGNORE, WAVELENGTH, Meaning, meaning, unit_of
-from .sheets import DELIMITERS, CellSheet, Row, TextSheet
+from .sheets import CellSheet, Row, TextSheet
 
 HEAD = 400
 """Rows among which the line of column names is sought."""
@@ -19,16 +20,10 @@ HEAD = 400
 BELOW = 12
 """Rows below the names among which the first of numbers stands."""
 
-LONGEST, LONGEST_LINE = 60, 500
-"""Characters of a cell that may be a number written in another way, and of a line of text that may say something."""
-
-MISSING = frozenset(
-    ("", "-", "--", "---", "n/a", "na", "n.a.", "#n/a", "nan", "null", "none", "missing", "*", "n.d.", "nd")
-)
-"""Cells, in small letters, that say that there is no value."""
+LONGEST_LINE = 500
+"""Characters of a line of text that may say something."""
 
 _COMMENT = re.compile(r"#\s*(\w[^:]*):\s*(.*)")
-_NUMERIC = re.compile(r"[-+]?(?:\d[\d., ']*|[.,]\d+)(?:e[-+]?\d+)?\s*[°%]?", re.ASCII | re.IGNORECASE)
 _RULE = re.compile(r"[-=_+|:\s]*")
 
 
@@ -179,11 +174,6 @@ def trimmed(row: list[str]) -> list[str]:
     """Without empty cells at the end, which delimiters at the ends of lines make."""
     last = next((k for k in range(len(row), 0, -1) if row[k - 1]), 0)
     return row[:last]
-
-
-def is_numeric(cell: str) -> bool:
-    """Whether a cell is a number with points, commas, blanks in it, or with a unit behind."""
-    return len(cell) <= LONGEST and _NUMERIC.fullmatch(cell) is not None
 
 
 def is_data(row: list[str]) -> bool:

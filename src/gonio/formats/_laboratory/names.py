@@ -10,6 +10,8 @@ import unicodedata
 from functools import lru_cache
 from typing import NamedTuple
 
+import numpy as np
+
 OWN = "f_cos_i|f_cos|f|brdf|dsf|brf"
 QUANTITIES = {
     "f": "brdf",
@@ -55,6 +57,8 @@ _UNITS = {
     "mrad": ("mrad",),
     "nm": ("nm", "nanometer", "nanometre", "nanometers", "nanometres"),
     "um": ("um", "μm", "micron", "microns", "micrometer", "micrometre", "micrometers", "micrometres"),
+    "1/cm": ("1/cm", "cm-1", "cm^-1", "cm**-1", "/cm"),
+    "eV": ("ev",),
     "1/sr": ("1/sr", "sr-1", "sr^-1", "sr**-1", "/sr", "persr", "srinv", "sr"),
     "%": ("%", "percent", "pct"),
     "1": ("1", "-", "--", "unitless", "dimensionless", "none", "a.u.", "au"),
@@ -63,6 +67,20 @@ UNITS = {word: unit for unit, words in _UNITS.items() for word in words}
 """Words for units -> the unit."""
 
 _TRAILING = frozenset(word for word in UNITS if word.isalpha() and word not in ("sr", "none", "au")) | {"%", "°"}
+
+WAVELENGTH_UNITS = ("nm", "um", "1/cm", "eV")
+"""Units of wavelengths, or of what stands for them."""
+
+_EV_NM = 1239.8419843320026
+"""h c/e [eV nm], exact in the SI."""
+
+
+def nanometres(numbers: np.ndarray, unit: str) -> np.ndarray:
+    """Wavelengths [nm] of numbers in one of `WAVELENGTH_UNITS`."""
+    if unit in ("1/cm", "eV"):
+        with np.errstate(divide="ignore"):
+            return (1e7 if unit == "1/cm" else _EV_NM) / numbers
+    return np.round(numbers * 1000.0, 6) if unit == "um" else numbers
 
 
 def _aliases(table: dict[str, str]) -> dict[str, str]:
@@ -96,7 +114,7 @@ ANGLE_NAMES = _aliases(
         "phi_h": "phih",
         "radial": "radial",
         "azimuth": "azimuth",
-        "wavelength": "wavelength wavelengths lambda wl wvl",
+        "wavelength": "wavelength wavelengths lambda wl wvl wavenumber wavenumbers photonenergy energy",
     }
 )  # fmt: skip
 
@@ -150,17 +168,20 @@ _HARMLESS = frozenset(
 )  # fmt: skip
 _UNCERTAIN = {
     "standard": frozenset(["u", "std", "stdev", "stddev", "sd", "sigma", "deviation"]),
-    "any": frozenset(["u95", "unc", "uncert", "uncertainty", "error", "err", "±", "+-"]),
+    "any": frozenset(["u95", "unc", "uncert", "uncertainty", "error", "err", "±", "+-", "+/-"]),
 }
+UNCERTAIN = frozenset().union(*_UNCERTAIN.values())
+"""Words that mean an uncertainty, in small letters."""
+
 _FILLING = frozenset(["of", "at", "for", "the", "value", "values", "k", "combined", "abs", "absolute", "measured"])
 _CHANNELS = {"r": "R", "g": "G", "b": "B", "x": "X", "y": "Y", "z": "Z", "red": "R", "green": "G", "blue": "B"}
 
-_BRACKET = re.compile(r"[\[({]([^\[\](){}]*)[\])}]")
+BRACKET = re.compile(r"[\[({]([^\[\](){}]*)[\])}]")
 _NUMBER = re.compile(r"[-+]?[0-9.,]+(?:[eE][-+]?[0-9]+)?")
 _OWN = re.compile(rf"(u_)?({OWN})(?:_([^\s\[\](){{}}/]+))?", re.IGNORECASE)
 _COVERAGE = re.compile(r"(?<![a-z])k\s*=?\s*([0-9]+(?:[.,][0-9]+)?)(?![0-9a-z])", re.IGNORECASE)
 _WAVELENGTH = re.compile(r"(?<![\w.,])([0-9]+(?:[.,][0-9]+)?)[\s_]*(nm|um|μm)(?![a-z])", re.IGNORECASE)
-_BEHIND = re.compile(r"(?:\s*/\s*|\s*,\s*|\s+in\s+|[\s_]+)([^\s/_,]+|1/sr)$", re.IGNORECASE)
+_BEHIND = re.compile(r"(?:(?<!\s)(?:\s*/\s*|\s*,\s*|\s+in\s+)|(?<![\s_])[\s_]+)([^\s/_,]+|1/sr)$", re.IGNORECASE)
 _GREEK = str.maketrans(
     {
         "θ": " theta", "ϑ": " theta", "φ": " phi", "ϕ": " phi", "λ": " lambda", "ρ": " rho", "σ": " sigma",
@@ -174,12 +195,12 @@ def unit_of(text: str) -> str | None:
     if len(text) > LONGEST:
         return None
     word = unicodedata.normalize("NFKC", text.replace("º", "°")).replace("−", "-").replace("(-1)", "-1")
-    return UNITS.get(re.sub(r"[\s.]+$|\s+|^\s+", "", word).lower())
+    return UNITS.get("".join(word.split()).rstrip(".").lower())
 
 
 def unit_in(name: str) -> str:
     """The unit in brackets in a name of any words, or ""."""
-    return next((unit for word in _BRACKET.findall(name) if (unit := unit_of(word))), "")
+    return next((unit for word in BRACKET.findall(name) if (unit := unit_of(word))), "")
 
 
 @lru_cache(maxsize=4096)
@@ -204,7 +225,7 @@ def meaning(name: str) -> Meaning:
         text = text[: match.start()] + " " + text[match.end() :]
     tokens = [word for word in re.split(r"[^\w%±/+]+|_+", text) if word and word != "/"]
     found = _of_tokens(tokens, unit, coverage, channel)
-    if not found.key and "".join(re.findall(r"[a-z]+", _BRACKET.sub("", text).lower())) in _HARMLESS:
+    if not found.key and "".join(re.findall(r"[a-z]+", BRACKET.sub("", text).lower())) in _HARMLESS:
         return Meaning(IGNORE)
     return found
 
@@ -213,6 +234,9 @@ def _of_tokens(tokens: list[str], unit: str, coverage: float | None, channel: st
     lower = [token.lower() for token in tokens]
     joined = "".join(lower)
     if not channel and joined in ANGLE_NAMES:
+        unit = unit or ("1/cm" if joined.startswith("wavenumber") else "")
+        if joined.endswith("energy") and unit != "eV":
+            return Meaning()
         return Meaning(ANGLE_NAMES[joined], unit=unit)
     if not channel and joined in AMBIGUOUS_ANGLES and unit not in ("1/sr", "%"):
         return Meaning("angle", AMBIGUOUS_ANGLES[joined], unit=unit)
@@ -280,7 +304,7 @@ def _own(match: re.Match[str]) -> Meaning | None:
 def _without_unit(text: str) -> tuple[str, str]:
     """A name without its unit, and the unit."""
     unit = ""
-    for inside in reversed([*_BRACKET.finditer(text)]):
+    for inside in reversed([*BRACKET.finditer(text)]):
         of = unit_of(inside[1]) if inside[1].strip() else None
         if of is not None and not unit:
             unit, text = of, text[: inside.start()] + " " + text[inside.end() :]

@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base.quantities import mark_of_missing
+from ...cells import MISSING, decimal_sign, is_numeric
 from ...errors import FormatError
 from .._reading import plain_text
-from .layout import MISSING, Layout, is_data, is_numeric, trimmed
+from .layout import Layout, is_data, trimmed
 from .names import unit_of
 from .sheets import COLUMNS, CellSheet, Row, TextSheet
 
-_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+", re.ASCII)
 MARKS = (-99.0, -999.0, -9999.0, -99999.0)
 """Numbers that programs write where there is no value."""
 
@@ -39,18 +39,7 @@ class Numbers(NamedTuple):
 def decimal_of(path: object, layout: Layout, wanted: Collection[int]) -> str:
     """The decimal sign of a table's first rows. Raises FormatError where a comma can be either."""
     cells = [row[k] for row in layout.sample if len(row) >= len(layout.names) for k in wanted]
-    numeric = [cell for cell in cells if is_numeric(cell)]
-    commas = [cell for cell in numeric if "," in cell]
-    points = [cell for cell in numeric if "." in cell]
-    if not commas:
-        return "."
-    if points or all(_THOUSANDS.fullmatch(cell) for cell in commas):
-        got = f"{commas[0]!r}" + (f" beside {points[0]!r}" if points else "")
-        raise FormatError(
-            f"{path}: numbers such as {got}: is the comma the decimal sign, or does it part thousands? say decimal=',' "
-            f"or decimal='.'"
-        )
-    return ","
+    return decimal_sign(path, cells)
 
 
 def numbers(

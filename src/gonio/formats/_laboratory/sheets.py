@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from ...cells import DELIMITERS
 from ...errors import FormatError
 from .._reading import plain_text
 
@@ -22,9 +23,6 @@ PIECE = 2**12
 
 COLUMNS = 2**16
 """Largest number of columns."""
-
-DELIMITERS = (";", "\t", ",", "|", "  ", " ")
-"""What is between cells, in the order in which it is tried; "  ": names are two blanks apart, numbers any."""
 
 NAMED = {"tab": "\t", "blank": " "}
 """Words for delimiters that do not show."""

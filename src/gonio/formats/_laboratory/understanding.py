@@ -12,7 +12,7 @@ from ...errors import FormatError, ParameterError
 from ...tables.angle_systems import ANGLES
 from .layout import Layout
 from .meanings import Meanings, Said
-from .names import IGNORE, UNCERTAINTY, VALUE, WAVELENGTH, Meaning, unit_of
+from .names import IGNORE, UNCERTAINTY, VALUE, WAVELENGTH, WAVELENGTH_UNITS, Meaning, nanometres, unit_of
 from .numbers import Numbers, numbers, without_marks
 from .sheets import CellSheet, TextSheet
 
@@ -140,13 +140,13 @@ class _Table:
             )
 
     def _nm(self, column: np.ndarray, of: Meaning) -> tuple[np.ndarray, str]:
-        unit = of.unit if of.unit in ("nm", "um") else self.said.wavelength_unit
+        unit = of.unit if of.unit in WAVELENGTH_UNITS else self.said.wavelength_unit
         if unit is None and len(column) and column.max() < 100.0:
             raise FormatError(
                 f"{self.path}: wavelengths from {column.min():g} to {column.max():g}, and no unit is stated: "
                 f"micrometres? say wavelength_unit='um' or wavelength_unit='nm'"
             )
-        return (np.round(column * 1000.0, 6) if unit == "um" else column), unit or "nm (unstated)"
+        return nanometres(column, unit or "nm"), unit or "nm (unstated)"
 
     def _turn(self, angles: dict[str, np.ndarray], places: dict[str, int], half: float) -> None:
         """Count azimuths from the side of the light, where they are counted from the mirror direction."""

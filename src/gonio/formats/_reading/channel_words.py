@@ -22,7 +22,7 @@ Wavelengths = Annotated[
     Declared("wavelengths of the channels, for materials without any", SHORTEST, LONGEST, "nm"),
 ]
 
-_WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*nm", re.ASCII | re.IGNORECASE)
+_WAVELENGTH = re.compile(r"(?<!\d)(\d+(?:\.\d*)?|\.\d+)\s*nm", re.ASCII | re.IGNORECASE)
 
 
 def of_names(names: Sequence[str]) -> tuple[str | float, ...]:

@@ -6,6 +6,8 @@ from ...pictures.image import STARTS
 
 ELSEWHERE = "gn.read_image reads it, gn.EnvironmentLight(path) takes one as a light"
 
+INDICES = "a table of refractive indices; gn.refractive_index(path) reads it: gn.Conductor(*gn.refractive_index(path))"
+
 _KINDS: dict[bytes, str] = {
     **{start: f"a picture ({kind}); {ELSEWHERE}" for start, kind in STARTS.items()},
     b"GIF8": "a picture (GIF); save it as PNG or OpenEXR for gn.read_image",
@@ -33,6 +35,8 @@ def described(head: bytes, size: int) -> str:
     """What a file of no known format is, in words: empty, a picture, a page ...; "" where that is not known."""
     if size == 0:
         return "the file is empty; copy or download it again"
+    if b"\nDATA:" in head and b"- type: " in head:
+        return f"this is {INDICES}"
     text = head.lstrip().lower()  # a page may begin in any case, after blanks
     for start, kind in _KINDS.items():
         if (text if start.startswith(b"<") else head).startswith(start):

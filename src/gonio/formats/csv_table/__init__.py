@@ -10,15 +10,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
+from ...cells import DELIMITERS
 from ...errors import Error, FormatError
 from ...models.sheet import Sheet
 from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded
 from .._laboratory.layout import find
 from .._laboratory.meanings import Meanings, Said
-from .._laboratory.names import QUANTITIES
+from .._laboratory.names import QUANTITIES, WAVELENGTH_UNITS
 from .._laboratory.names import meaning as meaning_of
-from .._laboratory.sheets import DELIMITERS, NAMED, TextSheet
+from .._laboratory.sheets import NAMED, TextSheet
 from .._laboratory.understanding import Understood, understand
 from .._options import ABOVE_ZERO, Declared
 from .._reading import plain_text
@@ -83,7 +84,8 @@ AngleUnit = Annotated[
     Declared("unit of angles whose names have none; degrees unless they look like radians", words=("deg", "rad")),
 ]
 WavelengthUnit = Annotated[
-    str | None, Declared("unit of wavelengths whose names have none; nm unless all are below 100", words=("nm", "um"))
+    str | None,
+    Declared("unit of wavelengths whose names have none; nm unless all are below 100", words=WAVELENGTH_UNITS),
 ]
 Quantity = Annotated[
     str | None,
