@@ -12,6 +12,7 @@ from ..arguments import Within, checked
 from ..errors import FormatError, NotFoundError, ParameterError
 from ..numbers import numbers
 from ..numerics.filling import filled_in_layers
+from ..pictures.image import read_gray
 from .height_field import MOST, UNITS, HeightField
 from .sdf import read_sdf
 
@@ -129,6 +130,8 @@ def _existing(path: Path) -> Path:
 def _read(path: Path) -> np.ndarray:
     """The numbers in a file."""
     suffix = path.suffix.lower()
+    if suffix in PICTURES:
+        return read_gray(path, MOST)
     try:
         if suffix == ".npy":
             found: np.ndarray = np.load(path, allow_pickle=False)
@@ -136,19 +139,7 @@ def _read(path: Path) -> np.ndarray:
         if suffix in TEXTS:
             text = path.read_text(encoding="utf-8-sig").replace(";", " ").replace(",", " ").replace("\t", " ")
             return np.loadtxt(text.splitlines(), ndmin=2, comments="#")
-        if suffix in PICTURES:
-            return _gray(path)
     except (ValueError, OSError, EOFError):
         rule = "an array of numbers, rows of as many numbers each, or a gray picture, as the suffix says"
         raise FormatError(f"{path}: not a height map; expected {rule}") from None
     raise FormatError(f"{path}: unknown suffix {suffix!r}; expected one of {', '.join(SUFFIXES)}")
-
-
-def _gray(path: Path) -> np.ndarray:
-    from PIL import Image
-
-    with Image.open(path) as picture:
-        values = np.asarray(picture, float)
-    if values.ndim != 2:
-        raise ValueError(f"{values.shape[2]} channels; a gray picture has one")
-    return values
