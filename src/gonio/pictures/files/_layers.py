@@ -114,6 +114,7 @@ def _whole(part: int, name: str, channels: Sequence[str]) -> Layer:
     return Layer(part, name, (*rgb, *others), coverage, bool(rgb) and not others)
 
 
-def natural(name: str) -> tuple[list[str | int], str]:
+def natural(name: str) -> tuple[list[str | float], str]:
     """A key by which ch2 comes before ch10."""
-    return [int(x) if x.isdigit() else x for x in re.split(r"([0-9]+)", name)], name
+    pieces = re.split(r"(^[0-9]*\.[0-9]+|[0-9]+)", name)
+    return [float(x) if k % 2 else x for k, x in enumerate(pieces)], name

@@ -70,8 +70,6 @@ def read(source: Source) -> Picture:
         raise FormatError(f"channels are {found}, expected {frame[:1:-1]} numbers")
     there, from_x = _overlap(left, width, frame[0], frame[2])
     rows, from_y = _overlap(top, height, frame[1], frame[3])
-    if not (planes[wanted[0]][from_y, from_x]).size:
-        raise Unsettled(f"its pixels {frame} lie beside what it shows, {(left, top, width, height)}")
     is_filled = planes[wanted[0]][from_y, from_x].shape == (height, width)
     pixels = (np.empty if is_filled else np.zeros)((height, width, len(layer.channels)), np.float32)
     alpha = None
@@ -85,9 +83,8 @@ def read(source: Source) -> Picture:
     chromaticities = part.get(b"chromaticities")
     primaries = struct.unpack("<8f", chromaticities) if chromaticities else None
     shown = ("R", "G", "B") if layer.is_rgb else None if layer.channels == ("A",) else layer.channels
-    return Picture(
-        pixels, alpha, shown, primaries, alpha is not None, notes=tuple(_notes(part, layer, source.limits.layer))
-    )
+    notes = tuple(_notes(part, layer, source.limits.layer))
+    return Picture(pixels, alpha, shown, primaries, alpha is not None, notes=notes)
 
 
 def _notes(part: dict[bytes, bytes], layer: Layer, wanted: str | None) -> Iterator[str]:
@@ -95,6 +92,9 @@ def _notes(part: dict[bytes, bytes], layer: Layer, wanted: str | None) -> Iterat
     if layer.beside and wanted is None:
         left_out = f"{', '.join(layer.beside[:5])}{', ...' if len(layer.beside) > 5 else ''}"
         yield f"{left_out} beside {', '.join(layer.channels)} is left out; layer={layer.beside[0]!r} reads it"
+    shown, frame = _window(part[b"displayWindow"]), _window(part[b"dataWindow"])
+    if any(_overlap(shown[k], shown[k + 2], frame[k], frame[k + 2])[0] == slice(0, 0) for k in (0, 1)):
+        yield "it is black: nothing of its data window lies within its display window"
     (aspect,) = struct.unpack("<f", part.get(b"pixelAspectRatio", b"\0\0\x80?"))
     if not abs(aspect - 1.0) < 1e-3:
         yield f"pixels are {aspect:.4g} times as wide as high (pixelAspectRatio); they are taken for square ones"
@@ -108,7 +108,9 @@ def _window(data: bytes) -> tuple[int, int, int, int]:
 
 def _overlap(start: int, count: int, other: int, length: int) -> tuple[slice, slice]:
     """Where a stretch meets another one, as places in each."""
-    first, last = max(start, other), max(min(start + count, other + length), start, other)
+    first, last = max(start, other), min(start + count, other + length)
+    if first >= last:
+        return slice(0, 0), slice(0, 0)
     return slice(first - start, last - start), slice(first - other, last - other)
 
 
