@@ -2,42 +2,24 @@
 
 from __future__ import annotations
 
-import io
 import struct
 import zlib
 
 import numpy as np
 import png_files
 import pytest
-from fuzzing import mutated
+from picture_files import LAYERS, exr, window
 from png_files import chunk, gamma, icc, png
 
 import gonio as gn
-from gonio.errors import FormatError, MeaningWarning, TooLargeError
+from gonio.errors import FormatError, MeaningWarning
 from gonio.pictures.colour import srgb_decode
 from gonio.pictures.files import _source
 from gonio.pictures.files._icc import SRGB_D50
 
-OpenEXR = pytest.importorskip("OpenEXR")
 pillow = pytest.importorskip("PIL.Image")
 
 RNG = np.random.default_rng(5)
-
-
-def exr(path, planes, parts=None, **header):
-    """An OpenEXR file of constant numbers, or arrays, by the names of channels."""
-    head = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **header}
-
-    def full(values):
-        return {
-            n: np.ascontiguousarray(np.broadcast_to(v, np.shape(v) or (4, 8)), np.float32) for n, v in values.items()
-        }
-
-    if parts is None:
-        OpenEXR.File(head, full(planes)).write(str(path))
-    else:
-        OpenEXR.File([OpenEXR.Part(dict(head), full(x), name) for name, x in parts.items()]).write(str(path))
-    return path
 
 
 def codes(depth=16, channels=3, height=11, width=7):
@@ -85,11 +67,8 @@ def test_numbered_channels_stand_by_their_numbers(tmp_path):
     assert image.channels == ("ch0", "ch1", "ch2", "ch10") and image.pixels[0, 0].tolist() == [0, 1, 2, 10]
 
 
-BEAUTY = {"R": 1, "G": 2, "B": 3, "A": 0.5, "albedo.R": 0.1, "albedo.G": 0.2, "albedo.B": 0.3, "Z": 9}
-
-
 def test_several_layers_are_asked_about_by_everything_that_takes_a_path(tmp_path):
-    path = exr(tmp_path / "a.exr", BEAUTY)
+    path = exr(tmp_path / "a.exr", LAYERS)
     for taker in (gn.read_image, gn.EnvironmentLight, gn.Texture, gn.EnvironmentLight.from_mitsuba):
         with pytest.raises(FormatError, match=r"2 layers, '' \(R, G, B, A, Z\), 'albedo' \(R, G, B\): .*layer=''"):
             taker(path)
@@ -104,7 +83,7 @@ def test_several_layers_are_asked_about_by_everything_that_takes_a_path(tmp_path
 
 
 def test_what_stands_beside_colours_is_left_out_and_told(tmp_path):
-    path = exr(tmp_path / "a.exr", {k: BEAUTY[k] for k in "RGBAZ"})
+    path = exr(tmp_path / "a.exr", {k: LAYERS[k] for k in "RGBAZ"})
     with pytest.warns(MeaningWarning, match="Z beside R, G, B is left out; layer='Z'"):
         image = gn.read_image(path)
     assert image.channels == ("R", "G", "B") and image.alpha[0, 0] == 0.5
@@ -210,10 +189,6 @@ def test_both_kinds_of_pixels_are_one_picture(tmp_path):
 
 
 # Windows ------------------------------------------------------------------------------------------
-
-
-def window(*corners):
-    return (np.array(corners[:2], np.int32), np.array(corners[2:], np.int32))
 
 
 @pytest.mark.parametrize("covered", [False, True])
@@ -416,40 +391,3 @@ def test_rows_are_read_some_at_a_time(tmp_path, monkeypatch):
     parts = gn.read_image(path)
     np.testing.assert_array_equal(parts.pixels, whole.pixels)
     np.testing.assert_array_equal(parts.alpha, whole.alpha)
-
-
-# All six kinds, damaged ---------------------------------------------------------------------------
-
-
-def pictures(tmp_path):
-    """Sound files of six kinds and some of their options."""
-    found, kinds = codes(16, 3, 6, 5), {}
-    kinds["deep.png"] = png(found, gamma(0.5), (b"tRNS", struct.pack(">3H", *found[0, 0].tolist())))
-    kinds["profile.png"] = png(found[..., :1], icc(png_files.profile(b"curv" + bytes(8), SRGB_D50)))
-    stream = io.BytesIO()
-    exif = pillow.Exif()
-    exif[0x0112] = 6
-    pillow.fromarray(codes(8, 3, 16, 16)).save(stream, "JPEG", exif=exif)
-    kinds["a.jpg"] = stream.getvalue()
-    kinds["layers.exr"] = exr(tmp_path / "s.exr", BEAUTY, displayWindow=window(-2, 0, 8, 4)).read_bytes()
-    kinds["parts.exr"] = exr(tmp_path / "s.exr", None, {"albedo": {"R": 1, "G": 2, "B": 3}, "Z": {"Z": 4}}).read_bytes()
-    gn.Image(found / 65535.0).save(tmp_path / "s.hdr")
-    kinds["a.hdr"] = (tmp_path / "s.hdr").read_bytes()
-    return kinds
-
-
-@pytest.mark.parametrize("kind", ["deep.png", "profile.png", "a.jpg", "layers.exr", "parts.exr", "a.hdr"])
-@pytest.mark.filterwarnings("ignore")
-def test_damaged_pictures_raise_only_gonio_errors(tmp_path, kind):
-    data, path = pictures(tmp_path)[kind], tmp_path / kind
-    layer = "albedo" if kind.endswith(".exr") else None
-    gn.read_image(write(path, data), layer=layer)
-    read = 0
-    for number in range(40):
-        path.write_bytes(mutated(data, number))
-        try:
-            assert gn.read_image(path, layer=layer).pixels.ndim == 3
-            read += 1
-        except (FormatError, TooLargeError) as error:
-            assert str(error).startswith(str(path))
-    assert 0 < read < 40
