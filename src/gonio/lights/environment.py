@@ -14,7 +14,7 @@ from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
 from ..formula.direction import Direction
 from ..formula.fields import Field, channels, option, param
 from ._layouts import MITSUBA_TO_WORLD, from_mitsuba, from_mitsuba_turned, from_pbrt, to_mitsuba, to_pbrt
-from ._panorama import Lookup, Panorama, pixel_count
+from ._panorama import MOST, Lookup, Panorama, pixel_count
 from ._studio import studio_pixels
 from ._words import DEFAULT, Word, towards
 
@@ -207,10 +207,12 @@ class EnvironmentLight(Light):
         return Image((pixels * np.asarray(self.scale)).astype(np.float32))
 
 
-def photograph(path: str) -> EnvironmentLight:
-    """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0, with
-    a warning; NaN and infinity are errors."""
-    picture = Panorama.of(path)
+def photograph(path: str, layer: str | None = None) -> EnvironmentLight:
+    """An environment map from a file, or from a layer of it. Resampled photographs often hold values a little below 0:
+    these count as 0, with a warning; NaN and infinity are errors."""
+    from ..pictures.image import read_image
+
+    picture = Panorama.of(path if layer is None else read_image(path, MOST, layer=layer))
     least, most = picture.pixels.min(), picture.pixels.max()
     if not (-math.inf < least < 0.0 and most < math.inf):
         return EnvironmentLight(picture)
@@ -227,6 +229,6 @@ def _studio(numbers: list[float]) -> EnvironmentLight:
 
 
 WORDS = [
-    Word("FILE", "equirectangular environment map", photograph),
+    Word("FILE[:LAYER]", "equirectangular environment map, or a layer of its file", photograph),
     Word(f"{DEFAULT}[:THETA,PHI]", "made up: a sun (there), sky, window and floor", _studio, aliases=("sky",)),
 ]

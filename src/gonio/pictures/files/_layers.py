@@ -59,9 +59,10 @@ def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> La
         return found[0]
     told = [str(x) for x in found or layers]
     listed = f"{', '.join(told[:_LISTED])}{', ...' if len(told) > _LISTED else ''}"
-    example = f"gn.read_image(path, layer={(found or layers)[0].name!r})"
+    first = (found or layers)[0].name
+    example = f"gn.read_image(path, layer={first!r}) in place of the path, or FILE:{first} on the command line"
     if found:
-        raise Unsettled(f"{len(found)} layers, {listed}: expected one of them, {example}, which goes where a path goes")
+        raise Unsettled(f"{len(found)} layers, {listed}: expected one of them: {example}")
     known = [*(x.name for x in layers), *(x for _, channels in parts for x in channels)]
     raise Unsettled(f"layer={wanted!r:.60}: expected one of {listed}: {example}{suggestion(str(wanted), known)}")
 
