@@ -77,7 +77,7 @@ def read(
     places = {k: found for k, name in enumerate(names) if (found := _wavelengths(name)) is not None}
     if not any(i != o for i, o in places.values()):
         raise FormatError(f"{path}: no channel such as T.400,0nm.550,0nm; expected one for each pair of wavelengths")
-    pixels = picture.pixels
+    pixels = picture.colour
     if pixel is not None:
         if pixel[0] >= pixels.shape[0] or pixel[1] >= pixels.shape[1]:
             raise ParameterError(

@@ -167,7 +167,8 @@ def check_target(path: str | os.PathLike[str], exposure: float = 0.0) -> None:
 
 def over_black(pixels: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:
     """Pixels times their coverage; what covers nothing is 0, also where it is not finite."""
-    covered: NDArray[Any] = np.where(alpha[..., None] > 0.0, pixels, 0.0) * alpha[..., None]
+    covered: NDArray[Any] = np.where(alpha[..., None] > 0.0, pixels, np.float32(0.0))
+    covered *= alpha[..., None]
     return covered
 
 
