@@ -11,7 +11,6 @@ import click
 from ..errors import visible
 from ..pictures.image import SUFFIXES, read_image
 from . import completion, options
-from .arguments import layer_of
 from .render import NOISE
 from .terminal import bar, echo
 
@@ -47,6 +46,7 @@ def compare(
     from ..figures._drawing import check_target
     from ..pictures.difference import difference
     from ..scenes.rendering import render
+    from .arguments import layer_of
 
     start = time.perf_counter()
     check_target(output)
