@@ -55,10 +55,11 @@ def read(source: Source) -> Picture:
     names = [part.get(b"name", b"").decode() for part in parts]
     layer = chosen([(name, [*x]) for name, x in zip(names, channels, strict=True)], source.limits.layer)
     part, wanted = parts[layer.part], [*layer.channels, *filter(None, [layer.coverage])]
-    if any(channels[layer.part][name][1:] != (1, 1) for name in wanted):
+    if sparse := [name for name in wanted if channels[layer.part][name][1:] != (1, 1)]:
+        whole = next((f"; layer={name!r} reads {name}" for name in wanted if name not in sparse), "")
         raise Unsettled(
-            "its colours are at every second pixel (luminance Y and chroma RY, BY), expected a number at each: convert "
-            "it to RGB, as `oiiotool in.exr -o out.exr` does; layer='Y' reads the luminance"
+            f"{', '.join(sparse)} has no number at most pixels (of luminance and chroma, every second row and column); "
+            f"convert it to RGB, as `oiiotool in.exr -o out.exr` does{whole}"
         )
     frame, (left, top, width, height) = _window(part[b"dataWindow"]), _window(part[b"displayWindow"])
     each = decoded // max(1, width * height) + 4 * len(wanted) + 4
@@ -95,6 +96,8 @@ def _notes(part: dict[bytes, bytes], layer: Layer, wanted: str | None) -> Iterat
     shown, frame = _window(part[b"displayWindow"]), _window(part[b"dataWindow"])
     if any(_overlap(shown[k], shown[k + 2], frame[k], frame[k + 2])[0] == slice(0, 0) for k in (0, 1)):
         yield "it is black: nothing of its data window lies within its display window"
+    if part.get(b"envmap") == b"\1":
+        yield "it is a map of the six faces of a cube (envmap), which lights take for an equirectangular one"
     (aspect,) = struct.unpack("<f", part.get(b"pixelAspectRatio", b"\0\0\x80?"))
     if not abs(aspect - 1.0) < 1e-3:
         yield f"pixels are {aspect:.4g} times as wide as high (pixelAspectRatio); they are taken for square ones"
