@@ -9,12 +9,12 @@ import numpy as np
 import OpenEXR
 import png_files
 import pytest
-from picture_files import LAYERS, exr, window
+from picture_files import LAYERS, exr, sparse_exr, window
 from png_files import chunk, gamma, icc, png
 
 import gonio as gn
 from gonio.errors import FormatError, MeaningWarning
-from gonio.pictures.colour import srgb_decode
+from gonio.pictures.colour import LUMINANCE, srgb_decode
 from gonio.pictures.files import _source
 from gonio.pictures.files._icc import SRGB_D50
 
@@ -133,16 +133,43 @@ def test_only_openexr_has_layers(tmp_path):
         gn.read_image(tmp_path / "a.png", layer="albedo")
 
 
-def test_colours_at_every_second_pixel_are_told_as_that(tmp_path):
-    """Luminance and chroma: the library writes none, so a header is changed."""
-    data = bytearray(exr(tmp_path / "a.exr", {"BY": 0.1, "RY": 0.1, "Y": 0.5}).read_bytes())
-    for name in (b"BY\0", b"RY\0"):
-        at = data.index(name) + len(name) + 8
-        data[at : at + 8] = struct.pack("<2i", 2, 2)
-    with pytest.raises(
-        FormatError, match=r"BY, RY has no number .* luminance and chroma, .*layer='Y' reads Y"
-    ) as caught:
-        gn.read_image(write(tmp_path / "a.exr", data))
+def chroma(path, rgb):
+    """A file of luminance, and of chroma at every second row and column; its weights are those of sRGB."""
+    Y = rgb @ LUMINANCE
+    return sparse_exr(path, {"Y": Y, **{n: ((rgb[..., k] - Y) / Y)[::2, ::2] for k, n in ((0, "RY"), (2, "BY"))}})
+
+
+@pytest.mark.parametrize("size", [(30, 40), (2, 2), (16, 2)])
+def test_luminance_and_chroma_become_colours(tmp_path, size):
+    y, x = np.mgrid[: size[0], : size[1]]
+    level = 0.5 + 0.4 * np.sin(x + 2.0 * y)  # changes from pixel to pixel; the colour does not
+    path = chroma(tmp_path / "a.exr", level[..., None] * [0.9, 0.5, 0.2])
+    image = gn.read_image(path)
+    assert image.channels == ("R", "G", "B") and image.alpha is None
+    np.testing.assert_allclose(image.pixels, level[..., None] * [0.9, 0.5, 0.2], rtol=1e-5)
+    np.testing.assert_allclose(gn.read_image(path, layer="Y").pixels[..., 0], image.pixels @ LUMINANCE, rtol=1e-5)
+
+
+def test_chroma_is_interpolated_by_openexrs_filter(tmp_path):
+    """27 taps, every second one 0: cubic chroma is kept but for its digits, away from the edges."""
+    y, x = np.mgrid[:60, :80] / 80.0
+    rgb = np.stack([0.5 + 0.2 * x**2 * y, 0.5 + 0.1 * y, 0.4 + 0.2 * x * y], -1)
+    image = gn.read_image(chroma(tmp_path / "a.exr", rgb))
+    np.testing.assert_allclose(image.pixels[14:-14, 14:-14], rgb[14:-14, 14:-14], atol=2e-5)
+    spike = np.full((30, 30, 3), 0.5)
+    spike[10, 10] = [2.0, 0.5, 0.5]
+    found = gn.read_image(chroma(tmp_path / "b.exr", spike)).pixels
+    ry = (2.0 - spike[10, 10] @ LUMINANCE) / (spike[10, 10] @ LUMINANCE)
+    for away, tap in ((1, 0.627123), (3, -0.186077), (13, 0.002128)):
+        assert found[10, 10 + away, 0] / 0.5 - 1.0 == pytest.approx(tap * ry, rel=1e-4)
+    saturated = 1.0 - found.min(axis=-1) / found.max(axis=-1)
+    assert saturated[10, 10] <= 0.75 + 0.25 * 0.5  # as saturated as what lies diagonally beside it lets it be
+
+
+def test_channels_at_fewer_pixels_are_told_as_that(tmp_path):
+    sparse_exr(tmp_path / "a.exr", {"Y": np.ones((4, 4)), "w": np.ones((2, 2))})
+    with pytest.raises(FormatError, match=r"w has no number at most pixels; .*layer='Y' reads Y") as caught:
+        gn.read_image(tmp_path / "a.exr")
     assert "damaged" not in str(caught.value) and "deep" not in str(caught.value)
 
 

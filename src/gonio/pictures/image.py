@@ -181,8 +181,8 @@ def read_image(
     OpenEXR    half, float or uint as float32 (uint above 2^24 rounds), of a layer: R, G, B (r, g, b; red, green, blue)
                whatever their order; other channels by their names, those with numbers by these. A becomes `alpha`, and
                pixels stay as they are stored, multiplied by it: `premultiplied`. The display window is what is read:
-               0, and coverage 0, where the data window has nothing; what lies beyond is left out. Nothing deep, and no
-               subsampled colours.
+               0, and coverage 0, where the data window has nothing; what lies beyond is left out. Luminance and chroma
+               become RGB, as in OpenEXR's own reader. Nothing deep.
     Radiance   value = mantissa 2^(E - 136), 0 where E = 0, divided by all EXPOSURE and COLORCORR lines.
                Radiance itself adds 1/2 to the mantissa, for its writer truncates; Mitsuba and OpenCV do not,
                nor do we: 1.0 reads as 1.0, and a truncating writer's picture half a step (0.2 to 0.4 % of

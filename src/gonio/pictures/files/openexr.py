@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError
+from ..colour import SRGB_XY
+from . import _chroma
 from ._layers import Layer, chosen
 from ._source import Picture, Source, Unsettled, library
 
@@ -55,17 +57,32 @@ def read(source: Source) -> Picture:
     names = [part.get(b"name", b"").decode() for part in parts]
     layer = chosen([(name, [*x]) for name, x in zip(names, channels, strict=True)], source.limits.layer)
     part, wanted = parts[layer.part], [*layer.channels, *filter(None, [layer.coverage])]
-    if sparse := [name for name in wanted if channels[layer.part][name][1:] != (1, 1)]:
+    short = {name.rpartition(".")[2]: name for name in layer.channels}
+    is_chroma = tuple(sorted(short)) == _chroma.NAMES and [channels[layer.part][short[x]][1:] for x in short] == [
+        (2, 2) if x != "Y" else (1, 1) for x in short
+    ]
+    if not is_chroma and (sparse := [name for name in wanted if channels[layer.part][name][1:] != (1, 1)]):
         whole = next((f"; layer={name!r} reads {name}" for name in wanted if name not in sparse), "")
         raise Unsettled(
-            f"{', '.join(sparse)} has no number at most pixels (of luminance and chroma, every second row and column); "
+            f"{', '.join(sparse)} has no number at most pixels; "
             f"convert it to RGB, as `oiiotool in.exr -o out.exr` does{whole}"
         )
     frame, (left, top, width, height) = _window(part[b"dataWindow"]), _window(part[b"displayWindow"])
-    each = decoded // max(1, width * height) + 4 * len(wanted) + 4
+    each = decoded // max(1, width * height) + 4 * len(wanted) + (64 if is_chroma else 4)
     source.check(width, height, each, max(_dense(part, source), FRAME))
     np.empty(decoded, np.uint8)  # where there is no memory, the library says damage
     planes = _planes(openexr, source.path, layer.part, wanted)
+    chromaticities = part.get(b"chromaticities")
+    primaries = struct.unpack("<8f", chromaticities) if chromaticities else None
+    if is_chroma:
+        weights = _chroma.weights(primaries or SRGB_XY)
+        half = tuple((n + 1) // 2 for n in frame[:1:-1])
+        if [planes[short[x]].shape for x in _chroma.NAMES] != [half, half, frame[:1:-1]]:
+            raise FormatError("its chroma has not every second row and column of its luminance")
+        Y, RY, BY = (planes.pop(short[x]).astype(np.float32, copy=False) for x in ("Y", "RY", "BY"))
+        planes.update(zip("RGB", _chroma.colours(Y, RY, BY, weights), strict=True))
+        layer = layer._replace(channels=tuple("RGB"), is_rgb=True)
+        wanted = [*layer.channels]
     if any(p.shape != frame[:1:-1] or p.dtype.kind not in "fu" for p in planes.values()):
         found = {name: f"{p.shape} {p.dtype}" for name, p in planes.items()}
         raise FormatError(f"channels are {found}, expected {frame[:1:-1]} numbers")
@@ -81,8 +98,6 @@ def read(source: Source) -> Picture:
         alpha[rows, there] = planes.pop(layer.coverage)[from_y, from_x] if layer.coverage else 1.0
     for k, name in enumerate(layer.channels):
         pixels[rows, there, k] = planes.pop(name)[from_y, from_x]  # its memory is needed
-    chromaticities = part.get(b"chromaticities")
-    primaries = struct.unpack("<8f", chromaticities) if chromaticities else None
     shown = ("R", "G", "B") if layer.is_rgb else None if layer.channels == ("A",) else layer.channels
     notes = tuple(_notes(part, layer, source.limits.layer))
     return Picture(pixels, alpha, shown, primaries, alpha is not None, notes=notes)
