@@ -16,7 +16,7 @@ import gonio as gn
 from gonio.errors import FormatError, MeaningWarning
 from gonio.pictures.colour import LUMINANCE, srgb_decode
 from gonio.pictures.files import _source
-from gonio.pictures.files._icc import SRGB_D50
+from gonio.pictures.files._icc import SRGB_D50, profile
 
 pillow = pytest.importorskip("PIL.Image")
 
@@ -388,6 +388,24 @@ def test_the_curves_of_a_profile_are_obeyed(tmp_path):
             gn.read_image(write(tmp_path / "a.png", png(found, icc(damaged))))
     pillow.fromarray((x * 255).astype(np.uint8)).save(tmp_path / "a.jpg", quality=100, icc_profile=kept)
     assert gn.read_image(tmp_path / "a.jpg").pixels.shape == x.shape
+
+
+@pytest.mark.parametrize(
+    ("numbers", "expected"),
+    [
+        ((2.0, 2.0, -0.5), lambda x: np.maximum(2.0 * x - 0.5, 0.0) ** 2),
+        ((2.0, 2.0, -0.5, 0.125), lambda x: np.maximum(2.0 * x - 0.5, 0.0) ** 2 + 0.125),
+        ((3.0, 1.0, 0.0, 0.5, 0.25), lambda x: np.where(x >= 0.25, x**3, 0.5 * x)),
+        ((3.0, 0.5, 0.0, 0.5, 0.25, 0.125, 0.0625), lambda x: np.where(x >= 0.25, x**3 / 8 + 0.125, 0.5 * x + 0.0625)),
+    ],
+)
+def test_parametric_curves_are_those_of_the_standard(numbers, expected):
+    """ICC.1, table 68: functions 1 to 4."""
+    x = np.linspace(0.0, 1.0, 101)
+    curve = b"para" + bytes(4) + struct.pack(">2H", len(numbers) - (2 if len(numbers) < 6 else 3), 0)
+    curve += struct.pack(f">{len(numbers)}i", *np.rint(65536.0 * np.array(numbers)).astype(int))
+    found = profile(png_files.profile(curve, SRGB_D50), 3, x)
+    np.testing.assert_allclose(found.light, np.broadcast_to(expected(x), (3, 101)), atol=1e-9)
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
