@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from picture_files import exr
 
 import gonio as gn
 from gonio.cli.arguments import resolve_light
 from gonio.cli.commands import cli
-from gonio.errors import MissingDataWarning
+from gonio.errors import FormatError, MissingDataWarning, NotFoundError
 from gonio.pictures.image import Image, read_image
 from gonio.report.model_facts import kinds
 
@@ -492,3 +493,17 @@ def test_a_photograph_with_values_below_zero_lights_with_a_warning(tmp_path):
     Image(pixels).save(tmp_path / "sky.exr")
     result = CliRunner().invoke(cli, command)
     assert result.exit_code == 2 and "NaN" in result.stderr
+
+
+def test_a_layer_of_a_picture_is_named_after_a_colon(run, tmp_path):
+    planes = {"R": 1, "G": 2, "B": 3, "albedo.R": 0.1, "albedo.G": 0.2, "albedo.B": 0.3}
+    path = exr(tmp_path / "a.exr", planes)
+    for layer, expected in (("albedo", [0.1, 0.2, 0.3]), ("", [1, 2, 3])):
+        light = resolve_light(f"{path}:{layer}")
+        np.testing.assert_allclose(light.incident([0, 0, 1]), expected, rtol=1e-6)
+    with pytest.raises(FormatError, match="FILE: on the command line"):
+        resolve_light(str(path))
+    result = run("compare", f"{path}:albedo", f"{path}:", "-o", "c.png")
+    assert result.exit_code == 0 and "900.0 % brighter" in result.stdout
+    with pytest.raises(NotFoundError, match="no such file"):
+        resolve_light(f"{path}.none:albedo")

@@ -325,6 +325,46 @@ def test_pictures_from_mitsuba_look_as_there():
         np.testing.assert_allclose(np.array(emitter.eval(si)), light.incident(w), rtol=0, atol=atol)
 
 
+def rotation(axis, angle):
+    x, y, z = np.array(axis) / np.linalg.norm(axis)
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn = np.eye(4)
+    turn[:3, :3] += np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
+    return turn
+
+
+def test_a_map_of_a_mitsuba_scene_is_turned_as_there():
+    """`to_world` turns the directions of Mitsuba's own frame, y up; about the vertical by whole columns exactly."""
+    pixels, base = smooth(pixel_directions(49, 96)).astype(np.float32), gn.EnvironmentLight.MITSUBA_TO_WORLD
+    plain = gn.EnvironmentLight.from_mitsuba(pixels)
+    same = gn.EnvironmentLight.from_mitsuba(pixels, to_world=base)
+    np.testing.assert_allclose(same.image.pixels, plain.image.pixels, rtol=1e-6)
+    columns = gn.EnvironmentLight.from_mitsuba(pixels, to_world=rotation([0, 0, 1], 2.0 * np.pi * 7 / 96) @ base)
+    np.testing.assert_allclose(columns.image.pixels, np.roll(plain.image.pixels, -7, axis=1), rtol=1e-5)
+    turn, w = rotation([1, 2, -1], 0.7), random_directions(200)
+    turned = gn.EnvironmentLight.from_mitsuba(pixels, to_world=turn @ base)
+    at = w @ turn[:3, :3]  # turned back
+    inside = (np.abs(at[:, 2]) < 0.97) & (np.abs(w[:, 2]) < 0.97)  # poles last half a pixel
+    np.testing.assert_allclose(turned.incident(w)[inside], plain.incident(at)[inside], rtol=0, atol=6e-3)
+    for wrong, error, words in ((2.0 * base, ParameterError, "a rotation"), (np.eye(2), ShapeError, r"\(4, 4\)")):
+        with pytest.raises(error, match=words):
+            gn.EnvironmentLight.from_mitsuba(pixels, to_world=wrong)
+
+
+def test_mitsuba_turns_a_map_so_too():
+    mi = pytest.importorskip("mitsuba")
+    mi.set_variant("scalar_rgb")
+    pixels = smooth(pixel_directions(48, 96)).astype(np.float32)
+    turn = mi.ScalarTransform4f(rotation([1, 2, -1], 0.7))
+    emitter = mi.load_dict({"type": "envmap", "bitmap": mi.Bitmap(pixels), "to_world": turn})
+    light = gn.EnvironmentLight.from_mitsuba(pixels, to_world=turn)
+    for w in random_directions(200):
+        si = mi.SurfaceInteraction3f()
+        si.wi = mi.Vector3f(*(-w))
+        atol = 6e-3 if abs(w[2]) < 0.98 else 0.05  # interpolated twice
+        np.testing.assert_allclose(np.array(emitter.eval(si)), light.incident(w), rtol=0, atol=atol)
+
+
 def test_mitsuba_layout_and_back_is_exact():
     pixels = noise(9, 14)
     light = gn.EnvironmentLight(pixels, scale=0.5)

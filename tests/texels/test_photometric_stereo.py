@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from png_files import gamma, png
 
 import gonio as gn
 from gonio.texels.photometric_stereo import ABOVE_ONE, TOO_FEW, UNDETERMINED
@@ -208,6 +209,35 @@ def test_pictures_have_masks_and_channels():
     assert (found.flags[~SPHERE] == TOO_FEW).all()
     gray = gn.photometric_stereo([gn.Image(x[..., :1]) for x in arrays], lights)
     assert gray.albedo.shape == (SIZE, SIZE)
+
+
+@pytest.mark.parametrize("chunks", [[gamma(1.0)], []], ids=["said by the file", "said by the caller"])
+def test_linear_pictures_of_16_bits_keep_normals_and_albedos(tmp_path, chunks):
+    """... as those of the benchmarks, and as converters of raw files write them."""
+    lights = [gn.DistantLight(w, np.pi) for w in directions(10)]
+    arrays, stored = pictures(gn.Lambertian([0.942, 0.5, 0.2]), lights), []
+    for k, x in enumerate(arrays):
+        path = tmp_path / f"{k}.png"
+        path.write_bytes(png(np.rint(65535.0 * np.clip(x, 0.0, 1.0)).astype(np.uint16), *chunks))
+        stored.append(gn.read_image(path, linear=None if chunks else True))
+    found = gn.photometric_stereo(stored, lights, mask=SPHERE)
+    sure = SPHERE & (found.used >= 4)
+    assert np.degrees(angle(found.normal, NORMAL)[sure].max()) < 0.1
+    np.testing.assert_allclose(
+        found.albedo[sure], np.broadcast_to([0.942, 0.5, 0.2], found.albedo.shape)[sure], rtol=0.01
+    )
+
+
+def test_pictures_that_are_multiplied_by_their_coverage_are_taken_as_they_are():
+    lights = far(6)
+    arrays, half = pictures(gn.Lambertian(RGB), lights), np.full((SIZE, SIZE), 0.5)
+    plain = gn.photometric_stereo(arrays, lights, mask=SPHERE)
+    for images in (
+        [gn.Image(x, half, premultiplied=True) for x in arrays],
+        [gn.Image(2.0 * x, half) for x in arrays],
+    ):
+        found = gn.photometric_stereo(images, lights, mask=SPHERE)
+        np.testing.assert_allclose(found.albedo, plain.albedo, rtol=1e-4)
 
 
 def test_observations_are_f_in_local_frames():

@@ -17,10 +17,13 @@ import xarray
 from fuzzing import mutated, outcome, outcome_of
 from fuzzing_datasets import mutated_dataset
 from mesh_files import MESHES
+from picture_files import GRAYS, PICTURES
 from seeds import SEEDS, mcd43, small_grid, small_rows
 
 import gonio as gn
 from gonio.formats.mcd43 import read_dataset
+from gonio.pictures.image import read_gray
+from gonio.surfaces.from_map import MOST
 
 
 def _file(name: str, path: Path) -> Callable[[int], str]:
@@ -69,10 +72,28 @@ def _modis(path: Path) -> Callable[[int], str]:
     )
 
 
+def _picture(name: str, path: Path) -> Callable[[int], str]:
+    """A picture, or the heights of one."""
+    seed = {**PICTURES, **GRAYS}[name]()
+
+    def trial(number: int) -> str:
+        data = mutated(seed, number)
+        path.write_bytes(data)
+        return outcome_of(lambda: read(path), len(data))
+
+    def read(path: Path) -> object:
+        if name in GRAYS:
+            return read_gray(path, MOST)
+        return gn.read_image(path, layer="albedo" if "OpenEXR" in name else None)
+
+    return trial
+
+
 TRIALS: dict[str, Callable[[Path], Callable[[int], str]]] = {
     **{name: partial(_file, name) for name in SEEDS},
     **{f"mesh {name}": partial(_mesh, name) for name in MESHES},
     "MERL whole": _whole_merl,
+    **{name: partial(_picture, name) for name in (*PICTURES, *GRAYS)},
     "dataset": _measurement,
     "MCD43A1 dataset": _modis,
     **{name: partial(fuzzing_texts.trial, name) for name in fuzzing_texts.SEEDS},

@@ -31,6 +31,13 @@ def resolve(text: str, reading: Sequence[str] = ()) -> Reflectance:
     return as_typed(text, reading)
 
 
+def layer_of(text: str) -> tuple[str, str | None]:
+    """The name of a picture's file, and the layer after a colon behind it, FILE:LAYER, or None."""
+    file, colon, layer = text.rpartition(":")
+    is_layer = colon and not os.path.exists(text) and os.path.isfile(file) and Path(file).suffix.lower() in SUFFIXES
+    return (file, layer) if is_layer else (text, None)
+
+
 def resolve_light(text: str) -> Light:
     """The light of the argument LIGHT: the file of a picture or a luminaire, a word declared in `lights/` with its
     numbers, or an expression such as DistantLight([1, 0, 1], 3)."""
@@ -40,6 +47,8 @@ def resolve_light(text: str) -> Light:
     suffix = Path(text).suffix.lower()
     if os.path.isfile(text):
         return by_suffix.get(suffix, photograph).light(text)
+    if (parts := layer_of(text))[1] is not None:
+        return photograph.light(*parts)
     if os.path.exists(text) and not os.path.isdir(text):
         raise NotFoundError(f"light {text!r:.90}: a pipe or a device, expected a file; write it to one first")
     kind, colon, rest = text.partition(":")

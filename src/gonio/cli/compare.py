@@ -40,12 +40,13 @@ def compare(
 ) -> None:
     """Show how A and B differ: side by side, and B - A with its scale and numbers.
 
-    A and B are materials, rendered under the same light, or files of pictures.
+    A and B are materials, rendered under the same light, or files of pictures: FILE, or FILE:LAYER of an .exr file.
     """
     from ..figures import difference as drawn
     from ..figures._drawing import check_target
     from ..pictures.difference import difference
     from ..scenes.rendering import render
+    from .arguments import layer_of
 
     start = time.perf_counter()
     check_target(output)
@@ -54,8 +55,9 @@ def compare(
     pictures, titles = [], []
     with bar("rendering") as progress:
         for seed, text in enumerate((a, b)):
-            if os.path.isfile(text) and Path(text).suffix.lower() in SUFFIXES:
-                pictures.append(read_image(text))
+            file, layer = layer_of(text)
+            if os.path.isfile(file) and Path(file).suffix.lower() in SUFFIXES:
+                pictures.append(read_image(file, layer=layer))
             else:
                 m = options.read_material(text, ())
                 pictures.append(

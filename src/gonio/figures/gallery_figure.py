@@ -125,7 +125,7 @@ def factor(exposure: float) -> float:
 
 def draw_picture(axes: Any, picture: Image, scale: float, title: str) -> None:
     """A picture times a factor, with its title."""
-    pixels = picture.pixels if picture.pixels.shape[-1] == 3 else picture.pixels.mean(axis=-1, keepdims=True)
+    pixels = picture.colour if picture.pixels.shape[-1] == 3 else picture.colour.mean(axis=-1, keepdims=True)
     codes = srgb_encode(np.clip(np.nan_to_num(pixels.astype(float)) * scale, 0.0, 1.0))
     alpha = np.ones(codes.shape[:2]) if picture.alpha is None else np.clip(picture.alpha, 0.0, 1.0)
     rgb = np.broadcast_to(codes, (*codes.shape[:2], 3))

@@ -147,10 +147,10 @@ def _codes(linear: np.ndarray) -> np.ndarray:
 def _sphere(axes: Any, m: Reflectance, picture: Any, bands: Sequence[str | float] | None = None) -> None:
     title = "Sphere, seen by a parallel camera"
     if is_coloured(m, bands):
-        shown = _codes(picture.pixels)
+        shown = _codes(picture.colour)
         title += _of_bands(bands)
     else:
-        shown = _codes(picture.pixels.mean(axis=-1, keepdims=True))
+        shown = _codes(picture.colour.mean(axis=-1, keepdims=True))
         title += f",\n{one_number(m)[1]}"
     alpha = picture.alpha if picture.alpha is not None else np.ones(shown.shape[:2])
     axes.imshow(np.concatenate([shown, alpha[..., None]], axis=-1), interpolation="lanczos")

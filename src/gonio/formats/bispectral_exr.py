@@ -38,6 +38,9 @@ PREFIXES |= {"d": -1, "c": -2, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15, "a
 LIGHT = 299792458.0
 """Speed of light [m/s]."""
 
+LAYER = "T"
+"""Of the channels that are read; R, G, B for viewers stand beside it."""
+
 _WAVELENGTH = r"(\d*,?\d*(?:[eE][+-]?\d+)?)(da|[YZEPTGMkhdcmunpfazy]?)(m|Hz)"
 _CHANNEL = re.compile(rf"T\.{_WAVELENGTH}(?:\.{_WAVELENGTH})?")
 _PAIR = re.compile(rf"T\.{_WAVELENGTH}\.{_WAVELENGTH}\0".encode())
@@ -69,12 +72,12 @@ def read(
     [[0.2 0. ]
      [0.3 0.6]]
     """
-    picture = read_image(path)
+    picture = read_image(path, layer=LAYER)
     names = picture.channels or ()
     places = {k: found for k, name in enumerate(names) if (found := _wavelengths(name)) is not None}
     if not any(i != o for i, o in places.values()):
         raise FormatError(f"{path}: no channel such as T.400,0nm.550,0nm; expected one for each pair of wavelengths")
-    pixels = picture.pixels
+    pixels = picture.colour
     if pixel is not None:
         if pixel[0] >= pixels.shape[0] or pixel[1] >= pixels.shape[1]:
             raise ParameterError(

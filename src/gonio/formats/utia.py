@@ -157,8 +157,8 @@ def read(
 
 
 def _of_picture(path: Path, grid: tuple[int, int] | None, rows: str | None) -> np.ndarray:
-    pixels = read_image(path).pixels
-    if grid is None or pixels.shape[2] != 3:
+    pixels = read_image(path).colour
+    if grid is None or pixels.shape != (math.prod(grid), math.prod(grid), 3):
         raise FormatError(f"{path}: a picture of {pixels.shape}, expected (288, 288, 3); fetch it again")
     if rows is None:
         gray = pixels.mean(axis=2, dtype=float)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,8 +89,9 @@ class Texture:
     `filter`: "bilinear", or "nearest" for the texel itself. `wrap`: what a place outside 0 to 1 stands for: "repeat"
     the image again and again, "mirror" every other one reversed, "clamp" the nearest edge, "refuse" an error.
     `colour`: "linear", the numbers are meant as they are, or "srgb", they are codes of sRGB, to be decoded. Where
-    nobody says, .png and .jpg are sRGB, and everything else is linear: for roughness and other data in a .png write
-    colour="linear". Whole numbers are codes, of 8 or 16 bits by their type, and need it said.
+    nobody says, .png and .jpg are what they say they are (sRGB, where they say nothing), and everything else is linear:
+    for roughness and other data in a .png write colour="linear". Whole numbers are codes, of 8 or 16 bits by their
+    type, and need it said. Of pictures with coverage `Image.colour` is taken, not multiplied by it.
 
     Shapes   image: (H, W, C) or (H, W); C is 1, or the number of the material's channels.
     Units    of the parameter; its bounds hold for every texel.
@@ -303,19 +303,13 @@ def checked_places(uv: Any, textures: list[Texture]) -> tuple[ops.Library, Any]:
 
 def _of_file(path: str, colour: str | None) -> np.ndarray:
     """The texels of a picture file."""
-    from ..pictures.colour import srgb_decode, srgb_encode
-    from ..pictures.files import png_jpeg
     from ..pictures.image import read_image
 
-    image = read_image(path, MOST)
+    image = read_image(path, MOST, linear=None if colour is None else colour == "linear")
     if image.alpha is not None and image.alpha.min() < 1.0:
         text = f"{path}: the picture has transparent pixels, and a texture leaves its coverage out"
         warn(f"{text}; scale the material by it: gn.Texture(gn.read_image(path).alpha) * m", MeaningWarning)
-    with Path(path).open("rb") as file:
-        head = file.read(max(map(len, png_jpeg.STARTS)))
-    if any(head.startswith(start) for start in png_jpeg.STARTS):  # they are decoded
-        return srgb_encode(image.pixels) if colour == "linear" else image.pixels
-    return srgb_decode(image.pixels) if colour == "srgb" else image.pixels
+    return image.colour
 
 
 def _of_image(image: Any, colour: str | None) -> Any:
@@ -323,7 +317,7 @@ def _of_image(image: Any, colour: str | None) -> Any:
     from ..pictures.colour import srgb_decode
     from ..pictures.image import Image
 
-    texels = image.pixels if isinstance(image, Image) else image
+    texels = image.colour if isinstance(image, Image) else image
     lib = ops.library_of_type(type(texels))
     if lib is not None and lib.name in ("torch", "jax"):
         if colour == "srgb":

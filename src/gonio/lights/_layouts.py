@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ShapeError
+from ..errors import ParameterError, ShapeError, shown
 from ._panorama import Panorama, pixel_count, pixel_directions
 
 MITSUBA_TO_WORLD: NDArray[np.float64] = np.array(
@@ -51,6 +51,46 @@ def from_mitsuba(picture: Panorama, height: int | None = None) -> NDArray[Any]:
     upper = np.minimum(at.astype(np.intp), rows - 2)
     part = (at - upper).astype(pixels.dtype)[:, None, None]
     return (1.0 - part) * pixels[upper] + part * pixels[upper + 1]
+
+
+def from_mitsuba_turned(picture: Panorama, to_world: Any, height: int | None = None) -> NDArray[Any]:
+    """The same of Mitsuba's `envmap` with another `to_world`, interpolated between its pixels.
+
+    Source: src/emitters/envmap.cpp of Mitsuba 3: u = atan2(x, -z)/(2 pi), v = acos(y)/pi of directions turned back.
+    """
+    pixels, turn = picture.pixels, _rotation(to_world)
+    rows, width, channels = pixels.shape
+    height = rows if height is None else pixel_count("height", height)
+    if rows < 2:
+        raise ShapeError(f"picture has {rows} row, expected at least 2 in Mitsuba's layout")
+    out = np.empty((height, width, channels), pixels.dtype)
+    step = max(1, _BLOCK // width)
+    for start in range(0, height, step):
+        block = slice(start, min(start + step, height))
+        x, y, z = np.moveaxis(pixel_directions(height, width, block) @ turn, -1, 0)
+        across = np.arctan2(x, -z) * (width / (2.0 * math.pi)) - 0.5
+        down = np.arctan2(np.hypot(x, z), y) * ((rows - 1) / math.pi)
+        left, upper = np.floor(across).astype(np.intp), np.minimum(down.astype(np.intp), rows - 2)
+        a, b = ((c - k).astype(pixels.dtype)[..., None] for c, k in ((across, left), (down, upper)))
+        above, below = (
+            (1.0 - a) * pixels[row, left % width] + a * pixels[row, (left + 1) % width] for row in (upper, upper + 1)
+        )
+        out[block] = (1.0 - b) * above + b * below
+    return out
+
+
+def _rotation(to_world: Any) -> NDArray[np.float64]:
+    """The rotation, perhaps with a mirror, of a transform (4, 4) or (3, 3), or of one of Mitsuba's."""
+    try:
+        matrix = np.array(getattr(to_world, "matrix", to_world), dtype=float)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
+    if matrix.shape not in ((3, 3), (4, 4)):
+        raise ShapeError(f"to_world={shown(to_world)}: expected a transform (4, 4), as in Mitsuba's scene, or (3, 3)")
+    turn = matrix[:3, :3]
+    if not np.allclose(turn @ turn.T, np.eye(3), atol=1e-5):
+        raise ParameterError(f"to_world={shown(turn.tolist())}: expected a rotation, which directions are turned by")
+    return turn
 
 
 def square_to_direction(s: NDArray[Any]) -> NDArray[Any]:

@@ -67,9 +67,9 @@ class Panorama:
         from ..pictures.image import Image, read_image
 
         if isinstance(value, (str, os.PathLike)):
-            return cls(read_image(value, MOST).pixels, os.fspath(value))
+            return cls(read_image(value, MOST).light, os.fspath(value))
         if isinstance(value, Image):
-            value = value.pixels
+            value = value.light
         if not isinstance(value, (list, tuple, np.ndarray)):
             raise ParameterError(
                 f"environment map: got a {type(value).__name__}; expected a NumPy array (H, W, C) or (H, W), "

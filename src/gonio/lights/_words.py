@@ -26,7 +26,7 @@ class Word(NamedTuple):
 
     usage: str
     meaning: str
-    light: Callable[[Any], Light]
+    light: Callable[..., Light]
     example: str = ""
     aliases: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()

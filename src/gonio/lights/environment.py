@@ -13,8 +13,8 @@ from ..base.light import FAR, Light
 from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
 from ..formula.direction import Direction
 from ..formula.fields import Field, channels, option, param
-from ._layouts import MITSUBA_TO_WORLD, from_mitsuba, from_pbrt, to_mitsuba, to_pbrt
-from ._panorama import Lookup, Panorama, pixel_count
+from ._layouts import MITSUBA_TO_WORLD, from_mitsuba, from_mitsuba_turned, from_pbrt, to_mitsuba, to_pbrt
+from ._panorama import MOST, Lookup, Panorama, pixel_count
 from ._studio import studio_pixels
 from ._words import DEFAULT, Word, towards
 
@@ -46,8 +46,9 @@ class EnvironmentLight(Light):
     the radiance (averaged over the channels), and so positive wherever there is light; uniform for a black map.
 
     Looks    `EnvironmentLight.studio()`: a sun, a window, a lamp, hills and tiles, and all of them in the metal.
-    Shapes   image: a NumPy array (H, W, C) or (H, W), an `Image`, or the path of a picture (.exr, .hdr, ...); scale: a
-             number or (C,). Pixels stay float32 or float64.
+    Shapes   image: a NumPy array (H, W, C) or (H, W), an `Image`, or the path of a picture (.exr, .hdr, ...), of
+             which `Image.light` is taken; scale: a number or (C,). Pixels stay float32 or float64. Of a file with
+             several layers, or whose codes are linear, give `gn.read_image(path, layer=, linear=)`.
     Units    image times scale: W m-2 sr-1; densities: sr-1.
     Error    rounding: in float32 a direction is found within 1.2e-7 H pixels (6e-5 pixels at 512 rows). As an
              approximation of the field that the pixels are samples of: at most (pi/H)^2/8 times the sum of its second
@@ -138,9 +139,11 @@ class EnvironmentLight(Light):
         return cls(studio_pixels(axis / np.linalg.norm(axis), pixel_count("height", height)))
 
     @classmethod
-    def from_mitsuba(cls, image: Any, height: int | None = None, **options: Any) -> Self:
-        """The light of a picture as Mitsuba 3's `envmap` shows it with `to_world=MITSUBA_TO_WORLD`.
+    def from_mitsuba(cls, image: Any, height: int | None = None, *, to_world: Any = None, **options: Any) -> Self:
+        """The light of a picture as Mitsuba 3's `envmap` shows it with this `to_world`, in Mitsuba's world.
 
+        `to_world`: a rotation (4, 4), or a transform of Mitsuba; without it `MITSUBA_TO_WORLD`, z up. Pixels are
+        interpolated where it turns by more than whole columns about the vertical.
         `height`: rows; without it, as many as the picture has. Mitsuba's rows reach from pole to pole, so that pixel
         centres lie between them and are interpolated; exact for pictures of `to_mitsuba` and the height that they came
         from. `options`: scale and invalid, as for the class.
@@ -152,7 +155,10 @@ class EnvironmentLight(Light):
         >>> print(np.allclose(again.incident(w), light.incident(w), rtol=1e-4))
         True
         """
-        return cls(from_mitsuba(Panorama.of(image), height), **options)
+        picture = Panorama.of(image)
+        if to_world is not None:
+            return cls(from_mitsuba_turned(picture, to_world, height), **options)
+        return cls(from_mitsuba(picture, height), **options)
 
     def to_mitsuba(self) -> Image:
         """A picture (2H + 1, W, C) for Mitsuba 3's `envmap` with `to_world=light.MITSUBA_TO_WORLD`.
@@ -201,10 +207,12 @@ class EnvironmentLight(Light):
         return Image((pixels * np.asarray(self.scale)).astype(np.float32))
 
 
-def photograph(path: str) -> EnvironmentLight:
-    """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0, with
-    a warning; NaN and infinity are errors."""
-    picture = Panorama.of(path)
+def photograph(path: str, layer: str | None = None) -> EnvironmentLight:
+    """An environment map from a file, or from a layer of it. Resampled photographs often hold values a little below 0:
+    these count as 0, with a warning; NaN and infinity are errors."""
+    from ..pictures.image import read_image
+
+    picture = Panorama.of(path if layer is None else read_image(path, MOST, layer=layer))
     least, most = picture.pixels.min(), picture.pixels.max()
     if not (-math.inf < least < 0.0 and most < math.inf):
         return EnvironmentLight(picture)
@@ -221,6 +229,6 @@ def _studio(numbers: list[float]) -> EnvironmentLight:
 
 
 WORDS = [
-    Word("FILE", "equirectangular environment map", photograph),
+    Word("FILE[:LAYER]", "equirectangular environment map, or a layer of its file", photograph),
     Word(f"{DEFAULT}[:THETA,PHI]", "made up: a sun (there), sky, window and floor", _studio, aliases=("sky",)),
 ]

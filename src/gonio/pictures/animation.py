@@ -41,7 +41,7 @@ def save_animation(frames: Sequence[Image], path: str | os.PathLike[str], second
 def _codes(frame: Image, exposure: float, opaque: bool) -> np.ndarray:
     if frame.pixels.shape[-1] not in (1, 3):
         raise ParameterError(f"frames have {frame.pixels.shape[-1]} channels, expected 1 or 3; choose bands=")
-    light = np.nan_to_num(frame.pixels.astype(float)) * 2.0**exposure
+    light = np.nan_to_num(frame.colour.astype(float)) * 2.0**exposure
     rgb = np.broadcast_to(srgb_encode(np.clip(light, 0.0, 1.0)), (*light.shape[:2], 3))
     alpha = np.ones((*light.shape[:2], 1)) if frame.alpha is None else np.clip(frame.alpha, 0.0, 1.0)[..., None]
     codes = rgb * alpha + 1.0 - alpha if opaque else np.concatenate([rgb, alpha], axis=-1)

@@ -119,7 +119,7 @@ def difference(a: Image, b: Image) -> Difference:
     >>> print(found.bias.round(3), round(found.rms, 2))
     [0.  0.1 0. ] 0.05
     """
-    one, other = (_over_black(picture) for picture in (a, b))
+    one, other = (picture.light.astype(float) for picture in (a, b))
     if one.shape[:2] != other.shape[:2]:
         raise ShapeError(f"pictures are {one.shape[:2]} and {other.shape[:2]}, expected one size (rows, columns)")
     if one.shape[2] != other.shape[2] and 1 not in (one.shape[2], other.shape[2]):
@@ -153,21 +153,18 @@ def _weights(channels: tuple[str, ...] | None, count: int) -> NDArray[np.float64
 
 
 def _covered(picture: Image) -> NDArray[np.bool_]:
-    alpha = picture.alpha
-    return np.ones(picture.pixels.shape[:2], bool) if alpha is None else alpha > 0.0
-
-
-def _over_black(picture: Image) -> NDArray[np.float64]:
-    pixels: NDArray[np.float64] = picture.pixels.astype(float)
+    """Where something is seen: of a flame it is light alone."""
     if picture.alpha is None:
-        return pixels
-    return np.where(_covered(picture)[..., None], pixels, 0.0) * picture.alpha[..., None]
+        return np.ones(picture.pixels.shape[:2], bool)
+    covered: NDArray[np.bool_] = (picture.alpha > 0.0) | (picture.light != 0.0).any(axis=-1)
+    return covered
 
 
 def _sigmas(a: Image, b: Image, pixels: Any, inside: Any) -> float | None:
     if a.noise is None or b.noise is None:
         return None
-    variance = sum((np.square(_over_black(Image(x.noise, x.alpha))) for x in (a, b) if x.noise is not None), 0.0)
+    noises = (Image(x.noise, x.alpha, premultiplied=x.premultiplied) for x in (a, b) if x.noise is not None)
+    variance = sum((np.square(noise.light.astype(float)) for noise in noises), 0.0)
     noisy = inside[..., None] & (variance > 0.0)
     if not noisy.any():
         return None

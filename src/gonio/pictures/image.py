@@ -7,8 +7,11 @@ announced; .png alone is for looking at.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,12 +20,13 @@ from .. import errors
 from ..arguments import checked
 from ..compile.threads import apart
 from ..discover import modules
-from ..errors import FormatError, ParameterError, ShapeError, TooLargeError, warn
+from ..errors import FormatError, MeaningWarning, ParameterError, ShapeError, TooLargeError, warn
 from ..files import replacing, target
 from ..notebooks import repr_html, repr_png
 from ..numbers import numbers
-from .colour import SRGB_XY
-from .files._source import Picture, Source, opened
+from .colour import SRGB_XY, srgb_decode
+from .files import png_jpeg
+from .files._source import Limits, Picture, Source, Unsettled, opened
 
 PIXELS = 2**29
 """The most pixels that a picture may announce: 32768 x 16384."""
@@ -45,8 +49,8 @@ class Image:
     Shapes   `pixels` (H, W, C) float32; `alpha` (H, W) float32 or None; `channels` C names or None; `noise` as
              `pixels`, or None: their standard errors, of a picture that was rendered; `samples` of each of its pixels.
     Units    `pixels` as rendered (radiance, when the lights are), linear sRGB primaries for C = 3; `alpha` is
-             coverage, 0 to 1, not multiplied into `pixels` (as in .png; .exr files hold the product, and are
-             divided on reading).
+             coverage, 0 to 1. `premultiplied`: whether it is multiplied into `pixels` (and `noise`), as in .exr files;
+             in those of .png and of `gn.render` it is not. `light` and `colour` are either, whatever `pixels` are.
     Errors   ShapeError; ArrayTypeError (not floats); ParameterError (names). float32 arrays are not copied.
 
     Example
@@ -63,6 +67,34 @@ class Image:
     channels: tuple[str, ...] | None = None
     noise: NDArray[np.float32] | None = None
     samples: int | None = None
+    premultiplied: bool = False
+
+    @property
+    def light(self) -> NDArray[np.float32]:
+        """What comes from each pixel before black, times its coverage: radiance, of a picture of radiance. Files of
+        OpenEXR hold it, and it may be where nothing is covered, as of a flame.
+
+        Example
+        >>> half = gn.Image(np.full((1, 1, 3), 0.8), alpha=np.full((1, 1), 0.5))
+        >>> print(half.light[0, 0], half.colour[0, 0])
+        [0.4 0.4 0.4] [0.8 0.8 0.8]
+        """
+        return self.pixels if self.alpha is None or self.premultiplied else over_black(self.pixels, self.alpha)
+
+    @property
+    def colour(self) -> NDArray[np.float32]:
+        """The mean over the covered part of each pixel, its `light` over its coverage; where nothing is covered, as it
+        is.
+
+        Example
+        >>> half = gn.Image(np.full((1, 1, 3), 0.4), alpha=np.full((1, 1), 0.5), premultiplied=True)
+        >>> print(half.colour[0, 0])
+        [0.8 0.8 0.8]
+        """
+        if self.alpha is None or not self.premultiplied:
+            return self.pixels
+        out, alpha = self.pixels.copy(), self.alpha[..., None]
+        return np.divide(out, alpha, out=out, where=alpha > 0.0)
 
     def __post_init__(self) -> None:
         pixels = _float32(self.pixels, "pixels")
@@ -91,17 +123,18 @@ class Image:
     def __repr__(self) -> str:
         height, width, count = self.pixels.shape
         names = ", ".join(self.channels) if self.channels and count <= 4 else f"{count} channels"
-        return f"Image({width} x {height}, {names}{'' if self.alpha is None else ', alpha'})"
+        alpha = "" if self.alpha is None else ", alpha multiplied in" if self.premultiplied else ", alpha"
+        return f"Image({width} x {height}, {names}{alpha})"
 
     @checked
     def save(self, path: str | os.PathLike[str], exposure: float = 0.0) -> None:
         """Write the picture whole or not at all (beside the target, then renamed); the suffix is the format.
 
-        .png     8 bits: round(255 srgb_encode(clamp(2^exposure pixels, 0, 1))); C = 1 or 3; alpha as it is.
+        .png     8 bits: round(255 srgb_encode(clamp(2^exposure colour, 0, 1))); C = 1 or 3; alpha as it is.
                  NaN becomes 0, and a MissingDataWarning says how many pixels that are.
         .exr     float32, lossless, NaN and infinity kept: R, G, B, or Y, or the given names; with an alpha
-                 also A, and the others multiplied by it, as OpenEXR has it.
-        .hdr     Radiance RGBE, flat; C = 3, or 1 written three times; over black; rounded to nearest: error at
+                 also A, and the others are `light`, multiplied by it.
+        .hdr     Radiance RGBE, flat; C = 3, or 1 written three times; `light`; rounded to nearest: error at
                  most 1/256 of a pixel's largest channel. NaN becomes 0, values outside 0 to 1.69e38 are clamped,
                  and a MissingDataWarning says how many pixels that are.
 
@@ -116,8 +149,7 @@ class Image:
         [0.18 0.18 0.18]
         """
         check_target(path, exposure)
-        picture = Picture(self.pixels, self.alpha, self.channels)
-        write = _WRITERS[Path(path).suffix.lower()].encode(picture, os.fspath(path), float(exposure))
+        write = _WRITERS[Path(path).suffix.lower()].encode(self, os.fspath(path), float(exposure))
         with replacing(path) as temporary:
             write(str(temporary))
 
@@ -133,57 +165,105 @@ def check_target(path: str | os.PathLike[str], exposure: float = 0.0) -> None:
     target(path)
 
 
+def over_black(pixels: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:
+    """Pixels times their coverage; what covers nothing is 0, also where it is not finite."""
+    covered: NDArray[Any] = np.where(alpha[..., None] > 0.0, pixels, np.float32(0.0))
+    covered *= alpha[..., None]
+    return covered
+
+
 @checked
-def read_image(path: str | os.PathLike[str], most: int = PIXELS) -> Image:
+def read_image(
+    path: str | os.PathLike[str], most: int = PIXELS, *, layer: str | None = None, linear: bool | None = None
+) -> Image:
     """Read an OpenEXR, Radiance, PNG or JPEG picture, recognised by its first bytes.
 
-    OpenEXR    half, float or uint as float32 (uint above 2^24 rounds). R, G, B first, then the other
-               channels by name; A becomes `alpha`. Of several parts the first; nothing deep or subsampled.
+    OpenEXR    half, float or uint as float32 (uint above 2^24 rounds), of a layer: R, G, B (r, g, b; red, green, blue)
+               whatever their order; other channels by their names, those with numbers by these. A becomes `alpha`, and
+               pixels stay as they are stored, multiplied by it: `premultiplied`. The display window is what is read:
+               0, and coverage 0, where the data window has nothing; what lies beyond is left out. Luminance and chroma
+               become RGB, as in OpenEXR's own reader. Nothing deep.
     Radiance   value = mantissa 2^(E - 136), 0 where E = 0, divided by all EXPOSURE and COLORCORR lines.
                Radiance itself adds 1/2 to the mantissa, for its writer truncates; Mitsuba and OpenCV do not,
                nor do we: 1.0 reads as 1.0, and a truncating writer's picture half a step (0.2 to 0.4 % of
                the largest channel) too dark. Flat, old and new run-length coding, every orientation; no XYZE.
-    PNG, JPEG  `srgb_decode` of pillow's codes, without profiles or gamma; 16-bit colour comes as 8-bit.
-               Up to pillow's own limit of 178 956 970 pixels.
+    PNG, JPEG  codes of 8 and 16 bits, made linear by the picture's ICC profile, else by sRGB's curve if it says so or
+               nothing, else by its gAMA (0.45455 is sRGB). The way up is that of EXIF. Up to pillow's own limit of
+               178 956 970 pixels.
 
-    Primaries that are not sRGB's give a warning, and the values stay as they are.
+    `layer`: which one, where an OpenEXR file has several: `albedo` for `albedo.R` and so on, "" for channels without
+    a dot, a part by its name, one channel by its whole name, or "*" for all channels of the first part. Without it,
+    several are an error that names them.
+    `linear`: True, codes are linear as they are; False, they are sRGB's; whatever the file says. Floats are linear
+    unless False.
     `most`: pixels; a picture that announces more is refused before anything of it is decoded. Reading RGB never takes
     more than 30 bytes of memory a pixel, and 12 of them stay.
+
+    A MeaningWarning tells what is not obeyed: primaries that are not sRGB's, for which values stay as they are, pixels
+    that are not square, profiles of tables, inks, and channels beside R, G, B that are left out.
 
     Shapes   `pixels` (H, W, C), row 0 at the top.
     Errors   NotFoundError (missing or not readable), FormatError (everything else that is wrong with the file),
              TooLargeError (it announces more than this machine has memory for).
-    Source   G. Ward, "Radiance File Formats" (filefmts.pdf); "OpenEXR File Layout" (openexr.com).
+    Source   G. Ward, "Radiance File Formats" (filefmts.pdf); "OpenEXR File Layout" (openexr.com); PNG, third edition.
 
     Example
     >>> gn.Image(np.full((2, 4, 3), 1000.0)).save("bright.exr")
     >>> print(gn.read_image("bright.exr").pixels.max())
     1000.0
     """
-    image, primaries = apart(_decoded, path, most)
-    if primaries is not None and not np.allclose(primaries, SRGB_XY, atol=0.002):
-        mismatch = f"primaries are {tuple(np.round(primaries, 4).tolist())}, not sRGB's {SRGB_XY}"
-        warn(f"{path}: {mismatch}; nothing is converted", UserWarning)
+    image, notes = apart(_read, path, Limits(most, layer, linear), _READERS)
+    for note in notes:
+        warn(f"{path}: {note}", MeaningWarning)
     return image
 
 
-def _decoded(path: str | os.PathLike[str], most: int) -> tuple[Image, tuple[float, ...] | None]:
-    """The picture in a file, and its primaries, if the file has them."""
+def read_gray(path: str | os.PathLike[str], most: int) -> NDArray[np.float64]:
+    """The codes (H, W) of a gray PNG, or the numbers of a gray TIFF, as they are; NaN where a PNG is transparent.
+
+    Raises as `read_image`; FormatError for colours.
+    """
+    found: NDArray[np.float64] = apart(_read, path, Limits(most), _GRAY_READERS)
+    return found
+
+
+def _image(module: Any, source: Source) -> tuple[Image, list[str]]:
+    """The picture in a file, by the module of its format, and what a caller should hear of it."""
+    found: Picture = module.read(source)
+    image = Image(found.pixels, found.alpha, found.names, premultiplied=found.premultiplied)
+    notes = list(found.notes)
+    if found.primaries is not None and not np.allclose(found.primaries, SRGB_XY, atol=0.002):
+        mismatch = f"primaries are {tuple(np.round(found.primaries, 4).tolist())}, not sRGB's {SRGB_XY}"
+        notes.append(f"{mismatch}; nothing is converted")
+    if source.limits.linear is False and not found.coded:
+        image = Image(srgb_decode(image.colour), image.alpha, image.channels)
+    return image, notes
+
+
+_READERS = {start: (kind, partial(_image, module)) for module in _FORMATS for start, kind in module.STARTS.items()}
+_GRAY_READERS = {start: (kind, png_jpeg.gray) for start, kind in png_jpeg.GRAY.items()}
+
+
+def _read(
+    path: str | os.PathLike[str], limits: Limits, readers: dict[bytes, tuple[str, Callable[[Source], Any]]]
+) -> Any:
+    """What the reader for the first bytes of a file makes of it."""
     with opened(path) as file:
         size = os.fstat(file.fileno()).st_size
         head = file.read(10)
-        starts = {start: (kind, module) for module in _FORMATS for start, kind in module.STARTS.items()}
-        kind, module = next((starts[start] for start in starts if head.startswith(start)), ("", None))
-        if module is None:
-            expected = ", ".join(f"{start!r} ({kind})" for start, (kind, _) in starts.items())
-            mismatch = f"starts with {head!r}, expected {expected}; convert it to .exr or .hdr first"
-            raise FormatError(f"{path}: not a picture gonio reads: {mismatch}")
+        kind, reader = next((found for start, found in readers.items() if head.startswith(start)), ("", None))
+        if reader is None:
+            expected = ", ".join(f"{start!r} ({kind})" for start, (kind, _) in readers.items())
+            raise FormatError(
+                f"{path}: not a picture gonio reads: starts with {head!r}, expected {expected}; save it as one of these"
+            )
         try:
             with np.errstate(all="ignore"):
-                pixels, alpha, names, primaries = module.read(Source(file, os.fspath(path), size, most))
-                return Image(pixels, alpha, names), primaries
+                return reader(Source(file, os.fspath(path), size, limits))
         except errors.DependencyError:
             raise
+        except Unsettled as error:
+            raise FormatError(f"{path}: {kind} picture: {error}") from None
         except MemoryError as error:
             reason = str(error) if isinstance(error, TooLargeError) else "there is not enough memory to decode it"
             advice = "make it smaller, or use a machine with more memory"

@@ -68,7 +68,8 @@ def render(
     backdrop: bool = False,
 ) -> Image:
     """A square picture of a lit shape, in linear RGB (or gray), with coverage as straight alpha: `pixels` are means
-    over the covered part of a pixel, and before black the picture is `pixels * alpha[..., None]`.
+    over the covered part of a pixel (`premultiplied` is False), and before black the picture is `light`, their product
+    with `alpha`, which other renderers write.
 
     `shape`: "sphere" or another shape by its name (`docs/light.md` shows them), the file of a mesh, a `gn.Mesh`, or a
     `gn.Scene` of several with materials of their own, which `gn.render(scene)` shows without another; or a surface of

@@ -13,6 +13,7 @@ from ..arguments import Within, checked
 from ..errors import Error, FormatError, NotFoundError, ParameterError, TooLargeError
 from ..numbers import numbers
 from ..numerics.filling import filled_in_layers
+from ..pictures.image import read_gray
 from .height_field import MOST, UNITS, HeightField
 from .sdf import read_sdf
 from .text_map import read_text
@@ -144,18 +145,18 @@ def _existing(path: Path) -> Path:
 def _read(path: Path, decimal: str | None) -> np.ndarray:
     """The numbers in a file."""
     suffix = path.suffix.lower()
+    if suffix in PICTURES:
+        return read_gray(path, MOST)
     try:
         if suffix == ".npy":
             return _array(path)
         if suffix in TEXTS:
             return read_text(path, decimal)
-        if suffix in PICTURES:
-            return _gray(path)
     except Error:
         raise
     except MemoryError:
         raise TooLargeError(f"{path}: there is not enough memory to read it; take every second height") from None
-    except Exception as error:  # damage makes NumPy and pillow raise nearly every type there is
+    except Exception as error:  # damage makes NumPy raise nearly every type there is
         rule = "an array of numbers, rows of as many numbers each, or a gray picture, as the suffix says"
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:80]
         raise FormatError(f"{path}: not a height map ({reason}); expected {rule}") from None
@@ -177,13 +178,3 @@ def _array(path: Path) -> np.ndarray:
             )
         found = np.frombuffer(file.read(count * dtype.itemsize), dtype)
     return found.reshape(shape, order="F" if by_columns else "C").astype(float)
-
-
-def _gray(path: Path) -> np.ndarray:
-    from PIL import Image
-
-    with Image.open(path) as picture:
-        values = np.asarray(picture, float)
-    if values.ndim != 2:
-        raise ValueError(f"{values.shape[2]} channels; a gray picture has one")
-    return values

@@ -184,7 +184,7 @@ def _of_pictures(images: list[Any], coloured: bool | None) -> tuple[np.ndarray, 
     shapes = {x.pixels.shape for x in images}
     if len(shapes) > 1:
         raise ShapeError(f"images: got shapes {shown(sorted(shapes))}; expected images of one shape")
-    pixels = np.stack([x.pixels for x in images])
+    pixels = np.stack([x.light for x in images])
     covered = [np.ones(pixels.shape[1:3]) if x.alpha is None else x.alpha for x in images]
     several = pixels.shape[-1] > 1 if coloured is None else coloured
     if not several and pixels.shape[-1] > 1:

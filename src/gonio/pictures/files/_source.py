@@ -22,43 +22,62 @@ _BLOCK = 1 << 18  # pixels that are converted at a time
 
 
 class Picture(NamedTuple):
-    """Linear pixels (H, W, C), coverage (H, W), names of the channels (R, G, B first), and primaries, if known, as in
-    `colour.SRGB_XY`."""
+    """What is in a file: linear pixels (H, W, C), coverage (H, W), names of the channels (R, G, B first), and
+    primaries, if known, as in `colour.SRGB_XY`; whether the pixels are multiplied by the coverage, and come from codes;
+    what a caller should hear."""
 
     pixels: NDArray[np.float32]
     alpha: NDArray[np.float32] | None = None
     names: tuple[str, ...] | None = None
     primaries: tuple[float, ...] | None = None
+    premultiplied: bool = False
+    coded: bool = False
+    notes: tuple[str, ...] = ()
 
-    def over_black(self) -> NDArray[np.float32]:
-        """The pixels times their coverage."""
-        return self.pixels if self.alpha is None else self.pixels * self.alpha[..., None]
 
-    def gray_or_rgb(self, path: str) -> NDArray[np.float32]:
-        """The pixels; raises ShapeError where they are neither."""
-        if (count := self.pixels.shape[2]) in (1, 3):
-            return self.pixels
-        raise ShapeError(f"{path}: {count} channels, expected 1 or 3; pick some of them, or write .exr")
+class Unsettled(FormatError):
+    """A sound file that says several things, or none that this reader takes: the message says what would settle it."""
+
+
+class Limits(NamedTuple):
+    """What a caller says of a picture: how many pixels it may have; which layer is meant; whether its codes are linear,
+    or those of sRGB."""
+
+    most: int
+    layer: str | None = None
+    linear: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A picture's open file; its name, its size in bytes, and the most pixels that may be read."""
+    """A picture's open file; its name, its size in bytes, and what the caller says of it."""
 
     file: BinaryIO
     path: str
     size: int
-    most: int
+    limits: Limits
 
     def check(self, width: int, height: int, each: int, dense: int) -> None:
         """Refuse a picture that has more pixels than are allowed, than its bytes can hold (`dense`) or, at `each` bytes
         a pixel, than fit into memory."""
         header = f"the header says {width} x {height} pixels"
-        if min(width, height) < 1 or width * height > min(self.most, dense):
-            raise FormatError(f"{header}, expected 1 to {self.most} pixels, and what {self.size} bytes can hold")
+        if min(width, height) < 1 or width * height > min(self.limits.most, dense):
+            raise FormatError(f"{header}, expected 1 to {self.limits.most} pixels, and what {self.size} bytes can hold")
         needed, free = width * height * (each + _BESIDE), available()
         if needed > free:
             raise TooLargeError(f"{header}, which take up to {needed / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free")
+
+    def expect_one_layer(self) -> None:
+        """Refuse a file of a format without layers where one is asked for by name."""
+        if self.limits.layer:
+            raise Unsettled(f"layer={self.limits.layer!r:.60}: it has no layers; expected layer=None or ''")
+
+
+def gray_or_rgb(pixels: NDArray[np.float32], path: str) -> NDArray[np.float32]:
+    """The pixels; raises ShapeError where they are neither."""
+    if (count := pixels.shape[2]) in (1, 3):
+        return pixels
+    raise ShapeError(f"{path}: {count} channels, expected 1 or 3; pick some of them, or write .exr")
 
 
 def opened(path: str | os.PathLike[str]) -> BinaryIO:

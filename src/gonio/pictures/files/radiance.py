@@ -8,14 +8,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError
 from ..colour import SRGB_XY
-from ._source import DENSE, Picture, Source, blocks, warn_lost
+from ._source import DENSE, Picture, Source, blocks, gray_or_rgb, warn_lost
+
+if TYPE_CHECKING:
+    from ..image import Image
 
 STARTS = {b"#?RADIANCE": "Radiance", b"#?RGBE": "Radiance"}
 SUFFIXES = (".hdr",)
@@ -26,6 +29,7 @@ _HEADER_LINE = 1 << 16  # bytes
 
 def read(source: Source) -> Picture:
     """The picture in a file; raises FormatError where there is none."""
+    source.expect_one_layer()
     header = {b"EXPOSURE": np.ones(1), b"COLORCORR": np.ones(3), b"PRIMARIES": np.array(SRGB_XY)}
     source.file.seek(0)
     while line := _header_line(source.file):
@@ -131,10 +135,9 @@ def _old_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8]
     return np.repeat(quads[source[: last + 1]], times[: last + 1], axis=0), at + 4 * (last + 1)
 
 
-def encode(picture: Picture, path: str, exposure: float) -> Callable[[str], object]:
+def encode(image: Image, path: str, exposure: float) -> Callable[[str], object]:
     """Flat scanlines, rounded to nearest."""
-    picture.gray_or_rgb(path)
-    pixels = picture.over_black()
+    pixels = gray_or_rgb(image.light, path)
     outside = ~((pixels >= 0.0) & (pixels <= 1.69e38))
     warn_lost(outside, path, "NaN (now 0) or outside 0 to 1.69e38 (clamped)")
     pixels = np.clip(np.nan_to_num(pixels), 0.0, np.float32(1.69e38))

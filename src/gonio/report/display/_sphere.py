@@ -23,7 +23,7 @@ from ...evaluate.tracing import at_most
 from ...lights.environment import EnvironmentLight
 from ...numerics.lattice import lattice
 from ...pictures.files import png_jpeg
-from ...pictures.files._source import Picture
+from ...pictures.image import Image
 from ...scenes.rendering import is_rgb, shown_as
 
 SIZE = 120
@@ -64,10 +64,9 @@ def picture(m: Reflectance) -> bytes | None:
 
 def png(pixels: np.ndarray, alpha: np.ndarray | None, exposure: float = 0.0) -> bytes:
     """Linear pixels (H, W, 1 or 3) as the bytes of a PNG file."""
-    names = tuple("RGB") if pixels.shape[-1] == 3 else ("Y",)
     stream: Any = io.BytesIO()
     known = np.nan_to_num(pixels.astype(np.float32), posinf=1e4)
-    png_jpeg.encode(Picture(known, alpha, names), "picture", exposure)(stream)
+    png_jpeg.encode(Image(known, alpha), "picture", exposure)(stream)
     return bytes(stream.getvalue())
 
 

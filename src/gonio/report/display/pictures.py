@@ -33,7 +33,7 @@ def _image(picture: Image) -> Cut:
     height, width, count = picture.pixels.shape
     names = ", ".join(picture.channels) if picture.channels and count <= 4 else f"{count} channels"
     known = picture.pixels[np.isfinite(picture.pixels)]
-    rows = [("pixels", f"{width} x {height}, {names}"), ("alpha", "none" if picture.alpha is None else "coverage")]
+    rows = [("pixels", f"{width} x {height}, {names}"), ("alpha", _coverage(picture))]
     if known.size:
         rows.append(("values", f"{known.min():.4g} to {known.max():.4g}, mean {known.mean():.4g}"))
     if known.size < picture.pixels.size:
@@ -46,10 +46,16 @@ def _image(picture: Image) -> Cut:
     return Cut("Image", "linear; shown as sRGB", shown, (table(("", ""), rows),))
 
 
+def _coverage(picture: Image) -> str:
+    if picture.alpha is None:
+        return "none"
+    return "coverage, multiplied into the pixels" if picture.premultiplied else "coverage, not multiplied in"
+
+
 @png_of.register
 def _png(picture: Image) -> bytes:
     step = max(1, -(-max(picture.pixels.shape[:2]) // FINEST))
-    pixels = picture.pixels[::step, ::step]
+    pixels = picture.colour[::step, ::step]
     pixels = pixels if pixels.shape[-1] in (1, 3) else pixels.mean(axis=-1, keepdims=True)
     return _sphere.png(pixels, None if picture.alpha is None else picture.alpha[::step, ::step])
 

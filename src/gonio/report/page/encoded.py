@@ -29,7 +29,7 @@ def photograph(image: Image) -> str:
     from PIL import Image as Pillow
     from PIL import features
 
-    pixels = image.pixels
+    pixels = image.colour
     rgb = pixels if pixels.shape[-1] == 3 else np.repeat(pixels.mean(axis=-1, keepdims=True), 3, axis=-1)
     codes = (np.clip(srgb_encode(np.nan_to_num(rgb)), 0.0, 1.0) * 255.0).round().astype(np.uint8)
     alpha = np.ones(codes.shape[:2]) if image.alpha is None else np.clip(image.alpha, 0.0, 1.0)
