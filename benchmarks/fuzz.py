@@ -2,8 +2,8 @@
 
 Every format's minimal valid file, what it holds where that is a dataset, and meshes are mutated COUNT times (1e5 by
 default; FIRST:END for the mutations with these numbers, where a campaign goes on) and read, with at most 5 seconds and
-a bounded amount of memory for each. Only `gonio.Error` may be raised. Numbers of mutations with outcomes not seen before
-are kept in tests/formats/corpus, which the tests read again.
+a bounded amount of memory for each. Only `gonio.Error` may be raised. Numbers of mutations with outcomes not seen
+before are kept in tests/formats/corpus, which the tests read again.
 """
 
 from __future__ import annotations

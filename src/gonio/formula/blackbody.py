@@ -8,14 +8,13 @@ import numpy as np
 
 from ..arrays import ops
 from ..errors import ParameterError
-from ..radiometry import PLANCK, SPEED_OF_LIGHT
 from .spectrum import Spectrum
 from .text import shown
 
 BOLTZMANN = 1.380649e-23
 """k [J/K]: exact, SI 2019."""
 
-SAMPLES = np.union1d(np.arange(300.0, 831.0), np.geomspace(10.0, 1e6, 6001))
+SAMPLES = np.sort(np.concatenate([np.arange(300.0, 831.0), np.geomspace(10.0, 1e6, 6001)]))
 """Wavelengths [nm] at which the formula is tabulated, for `wavelengths`, `values` and means over bands."""
 
 
@@ -41,6 +40,8 @@ class Blackbody(Spectrum):
         >>> print(gn.blackbody(3000.0).at([500.0, 1000.0, 10000.0]).round(1))
         [260.3 992.4   1.9]
         """
+        from ..radiometry import PLANCK, SPEED_OF_LIGHT  # late: few materials glow
+
         nm = np.asarray(ops.numbers(wavelengths), dtype=float)
         if not (np.isfinite(nm) & (nm > 0.0)).all():
             raise ParameterError(f"{self}.at({shown(wavelengths)}): expected wavelengths above 0 [nm]")

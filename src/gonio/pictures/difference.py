@@ -92,8 +92,7 @@ class Difference(NamedTuple):
         >>> print(gn.difference(a, b).of_one_number()[0, 0].round(3))
         0.05
         """
-        one: NDArray[np.float32] = self.pixels @ _weights(self.channels, len(self.bias))
-        return one
+        return (self.pixels @ _weights(self.channels, len(self.bias))).astype(np.float32)
 
     def _repr_html_(self) -> str | None:
         return repr_html(self)

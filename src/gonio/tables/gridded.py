@@ -246,7 +246,7 @@ class Gridded(Interpolated):
         if self.parameterisation != "angles":
             return math.nan
         theta_i, theta_o, *azimuths = self.axes
-        count = max(1, np.count_nonzero(self.axes[theta_i] <= OBLIQUE))
+        count = max(1, int((self.axes[theta_i] <= OBLIQUE).sum()))
         some = np.unique(np.linspace(0, count - 1, INCIDENCES).astype(int))
         one = [slice(1)] * (len(azimuths) - 1)  # of the sample's orientations
         axes = {**self.axes, theta_i: self.axes[theta_i][some]}
