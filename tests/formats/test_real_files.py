@@ -36,6 +36,8 @@ def listed() -> dict[str, str]:
 DIGESTS = listed()
 FILES = [name for name in DIGESTS if not name.startswith((*NOT_REFLECTANCES, PICTURES, CUT))] or ["(none)"]
 each_file = pytest.mark.parametrize("name", FILES)
+OPTIONS = {"grit/Spectralon_Num4.txt": {"columns": ["wavelength", "reflectance", "u"]}}
+"""What must be said of files without a header."""
 KINDS = {(Path(name).parent, Path(name).suffix): name for name in reversed(FILES)}
 """A file of each folder and ending."""
 WRITERS = {module.NAME: module for module in formats() if hasattr(module, "write")}
@@ -44,9 +46,10 @@ WRITERS = {module.NAME: module for module in formats() if hasattr(module, "write
 @each_file
 def test_it_loads_says_what_it_is_and_survives_its_own_format(name, tmp_path, monkeypatch):
     switch_off(monkeypatch)  # a kernel takes longer to compile than the few values of `info` to compute
-    m = gn.load(real(name))
+    m = gn.load(real(name), **OPTIONS.get(name, {}))
     assert m.provenance["sha256"] == DIGESTS[name]
-    said = CliRunner().invoke(cli, ["info", str(REAL / name)])
+    options = [x for key, value in OPTIONS.get(name, {}).items() for x in ("-O", f"{key}={','.join(value)}")]
+    said = CliRunner().invoke(cli, ["info", str(REAL / name), *options])
     assert said.exit_code == 0, said.output
     assert m.provenance["sha256"] in said.output and m.provenance["format"] in said.output
     if m.format == "MCD43A1" or (module := WRITERS.get(m.provenance["format"])) is None:
@@ -64,7 +67,7 @@ def test_the_laws_that_it_fails_are_those_that_measurements_may_fail(name, most,
     """Reflection between two plates follows from the albedo; laws about gonio's own part hold: pdf, sampling, ..."""
     if Path(name).suffix == ".h5":
         switch_off(monkeypatch)  # a network is the one formula that takes longer to compile than the laws to try
-    m = gn.load(real(name))
+    m = gn.load(real(name), **OPTIONS.get(name, {}))
     count = len(m.channel_names or ())
     laws = None if count <= most else SEVERAL if count <= 10 * most or most > 100 else SEVERAL[-1:]
     report = gn.check(m, laws=laws)

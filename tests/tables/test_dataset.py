@@ -346,8 +346,8 @@ def test_damaged_chunks_of_every_codec(codec, count, tmp_path):
     ("change", "says"),
     [
         ({"chunks": [2, 0, 4, 2]}, "chunks of .* expected at least 1 along every axis"),
-        ({"filters": [{"id": "blosc"}], "compressor": {"id": "zlib"}}, "expected blosc to be the last"),
-        ({"filters": [{"id": "blosc"}], "compressor": {"id": "crc32"}}, "expected blosc to be the last"),
+        ({"filters": [{"id": "blosc"}], "compressor": {"id": "zlib"}}, "expected what packs to be the last of them"),
+        ({"filters": [{"id": "blosc"}], "compressor": {"id": "crc32"}}, "expected what packs to be the last of them"),
     ],
 )
 def test_zarr_that_would_stop_its_libraries(tmp_path, change, says):
@@ -387,7 +387,7 @@ def test_zip_bombs_are_refused(tmp_path):
         packed.writestr(".zgroup", '{"zarr_format": 2}')
         packed.writestr("values/0.0", bytes(1 << 23))
     pytest.importorskip("zarr")
-    with pytest.raises(FormatError, match="unpacks to"):
+    with pytest.raises(FormatError, match="is packed as no store is"):
         gn.load(tmp_path / "bomb.zip")
 
 

@@ -19,7 +19,7 @@ from concurrent.futures import Future, InvalidStateError
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import Error
+from ..errors import WorkerError
 from .messages import CALLS
 from .pipes import receive, send
 from .process import started
@@ -46,10 +46,6 @@ IDLE = 60.0
 
 TICK = 0.05
 """Seconds between two looks at what takes long."""
-
-
-class WorkerError(Error, RuntimeError):
-    """The process that computes is gone: it crashed, or was ended because it took too long."""
 
 
 class _Call:

@@ -20,7 +20,7 @@ ALL = "*"
 
 _COLOURS = (("r", "g", "b"), ("red", "green", "blue"))
 _DECIMAL = re.compile(r"[+-]?\d*\.\d+(?![.\d])")
-_WAVELENGTH = re.compile(r"\d[\d,]*([eE][+-]?\d+)?[A-Za-z]{0,2}(m|Hz)")
+_WAVELENGTH = re.compile(r"(?<![\d,])\d[\d,]*([eE][+-]?\d+)?[A-Za-z]{0,2}(m|Hz)")
 _LISTED = 12
 
 
