@@ -234,7 +234,7 @@ class _Map:
         coordinates = {d: self.f[d].values for d in self.dims if d in self.f.indexes}
         for d, values in coordinates.items():
             if values.dtype.kind in "fiu":
-                group.create_array(d, data=values, dimension_names=[d])
+                group.create_array(d, shape=values.shape, dtype=values.dtype, dimension_names=[d])[:] = values
 
     def complete(self, store: Path) -> Any:
         """The group of a store, in which descriptions of arrays that were lost or damaged are written again."""

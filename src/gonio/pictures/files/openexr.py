@@ -78,7 +78,9 @@ def read(source: Source) -> Picture:
         weights = _chroma.weights(primaries or SRGB_XY)
         half = tuple((n + 1) // 2 for n in frame[:1:-1])
         if [planes[short[x]].shape for x in _chroma.NAMES] != [half, half, frame[:1:-1]]:
-            raise FormatError("its chroma has not every second row and column of its luminance")
+            raise FormatError(
+                f"OpenEXR {openexr.__version__} finds its chroma not at every second row and column; a newer one may"
+            )
         Y, RY, BY = (planes.pop(short[x]).astype(np.float32, copy=False) for x in ("Y", "RY", "BY"))
         planes.update(zip("RGB", _chroma.colours(Y, RY, BY, weights), strict=True))
         layer = layer._replace(channels=tuple("RGB"), is_rgb=True)
