@@ -19,7 +19,12 @@ SAMPLES = np.sort(np.concatenate([np.arange(300.0, 831.0), np.geomspace(10.0, 1e
 
 
 class Blackbody(Spectrum):
-    """What `gonio.blackbody` gives: a spectrum that is exact at every wavelength."""
+    """What `gonio.blackbody` gives: a spectrum that is exact at every wavelength.
+
+    Example
+    >>> print(type(gn.blackbody(3000.0)).__name__, gn.blackbody(3000.0))
+    Blackbody blackbody(3000.0)
+    """
 
     temperature: float
 

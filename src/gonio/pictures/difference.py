@@ -68,7 +68,13 @@ class Difference(NamedTuple):
 
     @property
     def channels(self) -> tuple[str, ...] | None:
-        """The names of the channels, if they are known: R, G and B of three without names."""
+        """The names of the channels, if they are known: R, G and B of three without names.
+
+        Example
+        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+        >>> print(gn.difference(a, b).channels)
+        ('R', 'G', 'B')
+        """
         count = len(self.bias)
         names = next((x.channels for x in (self.a, self.b) if x.channels and len(x.channels) == count), None)
         return names or (RGB if count == 3 else None)
