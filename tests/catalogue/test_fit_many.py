@@ -218,7 +218,7 @@ def test_processes_give_the_same_and_survive_a_kill(folder, count):
 
 
 @pytest.mark.full
-@pytest.mark.filterwarnings("ignore::ResourceWarning")
+@pytest.mark.filterwarnings("ignore::ResourceWarning")  # of Dask, when its cluster ends
 def test_a_client_of_dask_computes_too(folder):
     distributed = pytest.importorskip("distributed")
     here = gn.fit_many(folder, {"matt": MODELS["matt"]})

@@ -112,7 +112,7 @@ def test_parametrisations_invert(name):
         assert max(np.abs(light - wi).max(), np.abs(view - wo).max()) < 1e-12
 
 
-@pytest.mark.filterwarnings("ignore:.*mark of a missing value")
+@pytest.mark.filterwarnings("ignore:.*mark of a missing value")  # the holes of its grid, as it was made
 def test_alta_half_angles_become_their_grid(tmp_path):
     head = "#DIM 3 3\n#PARAM_IN RUSIN_TH_TD_PD\n"
     nodes = list(itertools.product((0.0, 0.4, 0.8), (0.0, 0.5), (-2.0, 0.0, 2.0)))

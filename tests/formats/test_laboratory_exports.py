@@ -460,7 +460,7 @@ SUSPICIOUS = {
 
 
 @pytest.mark.parametrize("name", SUSPICIOUS)
-@pytest.mark.filterwarnings("ignore:.*times the light")
+@pytest.mark.filterwarnings("ignore:.*times the light")  # percent taken for shares, of which it warns too
 def test_what_looks_wrong_is_said(tmp_path, name):
     text, says = SUSPICIOUS[name]
     with pytest.warns(MeaningWarning, match=says):

@@ -55,7 +55,7 @@ def test_ssdd_binary_and_specular_azimuth(tmp_path):
     assert len(m.about["other_blocks"]) == 1
 
 
-@pytest.mark.filterwarnings("ignore:.*times the light")
+@pytest.mark.filterwarnings("ignore:.*times the light")  # numbers that tell rows apart, no light
 def test_ssdd_grids_about_other_directions_become_rows(tmp_path):
     text = (
         "VERSION 0.2\nDATA_TYPE brdf\nCOLOR_MODEL monochrome\nPARAM_TYPE specular_coordinate_system\n"

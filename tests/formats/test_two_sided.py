@@ -179,7 +179,7 @@ def test_zemax_writes_reflection_or_transmission(tmp_path):
         gn.save(gn.Lambertian(0.5), tmp_path / "a.bsdf", "Zemax", kind="BTDF")
 
 
-@pytest.mark.filterwarnings("ignore:.*times the light")
+@pytest.mark.filterwarnings("ignore:.*times the light")  # numbers that tell places apart, no light
 def test_lighttools_blocks_are_where_their_angles_say(tmp_path):
     block = files.LIGHTTOOLS[
         files.LIGHTTOOLS.index("AOI 40") : files.LIGHTTOOLS.index("AOI 0\nPOI 90\nSide Front\nW", 300)
@@ -249,7 +249,7 @@ def test_ssdd_of_a_sheet(oriented, transmission_only, tmp_path):
 
 
 @pytest.mark.parametrize("system", ["spherical", "specular"])
-@pytest.mark.filterwarnings("ignore:.*times the light")
+@pytest.mark.filterwarnings("ignore:.*times the light")  # numbers that tell places apart, no light
 def test_a_btdf_of_ssdd_has_wo_mirrored_at_the_surface(system, tmp_path):
     """By libbsdf: light at azimuth 0, a direction mirrored at the surface is that of a reflection."""
     brdf = (

@@ -347,7 +347,7 @@ def test_colours_of_two_whites(tmp_path):
     save(trees, tmp_path / "b.xml", "WINDOW XML", tree=3, resolution=4)
 
 
-@pytest.mark.filterwarnings("ignore:.*times the light")
+@pytest.mark.filterwarnings("ignore:.*times the light")  # random numbers, no light
 def test_measurements_in_memory_are_written_as_they_are(tmp_path):
     path = tmp_path / "a.xml"
     other = AngleBasis("Four", (0.0, 90.0), (4,))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,9 @@ SPAN = 0.995
 """Share of the pixels that the scale of a figure holds."""
 
 SIGNED = "RdBu_r"
+
+WIDE = 110
+"""Characters of a line below the pictures."""
 
 
 @checked
@@ -88,7 +92,8 @@ def _of_pictures(
         axes[2].set_axis_off()
         axes[2].set_title(f"{titles[1]} − {titles[0]}"[:80], parse_math=False)
         figure.colorbar(drawn, ax=axes[2], shrink=0.8, extend="both", label=found.measure)
-        figure.supxlabel(found.told(*titles)[:160], fontsize=11, parse_math=False)
+        told = textwrap.wrap(found.told(*titles), WIDE)
+        figure.supxlabel("\n".join(told[:3]), fontsize=11, parse_math=False)
     return figure
 
 
