@@ -698,7 +698,7 @@ def test_reciprocity(m, pair):
     np.testing.assert_allclose(there.value, back.value, atol=float(np.max(there.error + back.error)) + 1e-12)
 
 
-def both_orders(m, wide, tolerance, monkeypatch):
+def both_orders(m, wide, tolerance, nodes, monkeypatch):
     """The larger geometry outside, which needs more, gives the same: it is the other order of integration. So does a
     plain sum."""
     smaller = gn.reflectance_factor(m, NARROW, wide, tolerance=tolerance)
@@ -706,18 +706,18 @@ def both_orders(m, wide, tolerance, monkeypatch):
     larger = gn.reflectance_factor(m, NARROW, wide, tolerance=tolerance)
     near = max(tolerance, 3e-3)
     np.testing.assert_allclose(larger, smaller, rtol=near, atol=near)
-    np.testing.assert_allclose(smaller, brute(m, NARROW, wide, 8), rtol=3e-3)
+    np.testing.assert_allclose(smaller, brute(m, NARROW, wide, nodes), rtol=3e-3)
 
 
 @pytest.mark.full
 @each_but_polished
 def test_either_integral_may_be_outside(m, monkeypatch):
-    both_orders(m, WIDE, 2e-3, monkeypatch)
+    both_orders(m, WIDE, 2e-3, 32, monkeypatch)
 
 
 @pytest.mark.parametrize(("half_angle", "tolerance"), thinned([(0.15, 2e-2), (0.25, 5e-3)], [(0.15, 2e-2)]))
 def test_either_integral_may_be_outside_of_a_small_cone(half_angle, tolerance, monkeypatch):
-    both_orders(MATERIALS["plastic"], Cone(on_sphere(0.3, 2.0), half_angle), tolerance, monkeypatch)
+    both_orders(MATERIALS["plastic"], Cone(on_sphere(0.3, 2.0), half_angle), tolerance, 8, monkeypatch)
 
 
 @pytest.mark.parametrize("name", thinned(MATERIALS, ["polished"]))
