@@ -228,12 +228,12 @@ def test_stores_tell_changes_apart_and_resume_what_is_the_same(count, tmp_path):
 def test_numbers_are_not_sent(scan, tmp_path, monkeypatch):
     wi, wo, f, _ = scan
     work = map_chunks._Map(wi, wo, f, None, "observation", (gn.OrenNayar(), "plain", None, None))
-    assert len(work.job(tmp_path / "out.zarr", (0, 0), True)) < 10_000
+    assert len(work.job(work.store(tmp_path / "out.zarr"), (0, 0), True)) < 10_000
     monkeypatch.setattr(map_chunks, "MOST_SENT", 3000)
     loaded = f.load().chunk(y=10, x=7)
     work = map_chunks._Map(wi, wo, loaded, None, "observation", (gn.OrenNayar(), "plain", None, None))
     with pytest.raises(gn.errors.ParameterError, match="write them to a Zarr store"):
-        work.job(tmp_path / "out.zarr", (0, 0), True)
+        work.job(work.store(tmp_path / "out.zarr"), (0, 0), True)
 
 
 def test_channels_and_directions_by_texel(scan):

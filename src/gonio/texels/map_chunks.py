@@ -1,19 +1,15 @@
 """Fits of maps that are larger than memory: chunk by chunk, on any Dask scheduler, into a Zarr store.
 
 Arrays of numbers are no part of what is sent to workers: they read their chunk from where Dask would, and write their
-part of the result. What is written last is the mark of a chunk, in the array `done`: hashes of the numbers that went
-into its fits, and of the files that came out. A later run reads both again. Where other numbers go in now, it is
-another work, and refused; where the files are not those that came out, the chunk is fitted again.
+part of the result (`map_store`).
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 import os
 import pickle
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +20,12 @@ from ..arguments import checked
 from ..arrays.labels import CHANNELS, COMPONENTS
 from ..base.identity import identity
 from ..base.reflectance import Reflectance
-from ..errors import DependencyError, Error, FormatError, ParameterError, ShapeError, WriteError
+from ..errors import DependencyError, ParameterError, ShapeError
 from ..files import replacing_folder, target
 from ..fitting.cluster import workers
 from ..fitting.losses import LOSSES
 from ..fitting.unknowns import unknowns
+from .map_store import CHANGED, LOST, MapStore, Mark, Region, opened
 from .maps import FitMap, fit_map
 
 MOST_SENT = 1 << 20
@@ -36,8 +33,6 @@ MOST_SENT = 1 << 20
 
 TEXELS = 1 << 16
 """Texels of a chunk of an array that has no chunks."""
-
-DONE, IDENTITY = "done", "gonio_fit"
 
 
 @checked
@@ -87,19 +82,16 @@ def fit_map_chunks(
     work = _Map(wi, wo, f, u, observation, (model, loss, _listed(by), _listed(per_channel)))
     if output is None:
         return work.lazily()
-    store = Path(output)
-    if store.exists():
-        work.marks(store)  # nobody waits who will be refused
-    with held(target(store.with_name(store.name + ".unfinished"))):
-        if not store.exists():
-            with replacing_folder(store, lambda _: "has appeared meanwhile") as new:
-                work.prepare(new)
+    path = Path(output)
+    store = work.store(path)
+    if path.exists():
+        store.marks()  # nobody waits who will be refused
+    with held(target(path.with_name(path.name + ".unfinished"))):
+        if not path.exists():
+            with replacing_folder(path, lambda _: "has appeared meanwhile") as new:
+                store.make(new, repr(model), work.coordinates)
         work.fit_into(store, scheduler, progress)
-    return _opened(store).drop_vars(DONE)
-
-
-Region = tuple[int, ...]
-"""The number of a chunk along each axis of texels."""
+    return opened(path)
 
 
 class _Map:
@@ -156,33 +148,6 @@ class _Map:
             )
         return w
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return tuple(self.f.sizes[d] for d in self.dims)
-
-    @property
-    def texels(self) -> int:
-        return math.prod(self.shape)
-
-    @property
-    def chunk(self) -> tuple[int, ...]:
-        return tuple(max(self.f.chunksizes[d], default=1) for d in self.dims)
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """How many chunks there are along each axis."""
-        return tuple(-(-n // c) for n, c in zip(self.shape, self.chunk, strict=True))
-
-    def places(self, region: Region) -> dict[str, slice]:
-        """The texels of a chunk."""
-        return {
-            d: slice(k * c, min((k + 1) * c, n))
-            for d, k, c, n in zip(self.dims, region, self.chunk, self.shape, strict=True)
-        }
-
-    def size(self, region: Region) -> int:
-        return math.prod(s.stop - s.start for s in self.places(region).values())
-
     def lazily(self) -> Any:
         """A Dataset of Dask's arrays."""
         import xarray
@@ -217,86 +182,35 @@ class _Map:
             {name: packed.isel(_number=k).astype(kinds.get(name, float)) for k, name in enumerate(names)}
         )
 
-    @property
-    def identity(self) -> str:
-        """What a store is of, the numbers of its texels aside: see `_mark`."""
+    def store(self, path: Path) -> MapStore:
+        """A store for this work, by all that goes into it but the numbers of its texels, which chunks compare."""
         import xarray
 
+        shape = tuple(self.f.sizes[d] for d in self.dims)
+        chunk = tuple(max(self.f.chunksizes[d], default=1) for d in self.dims)
+        numbers = dict.fromkeys([*self.names, *(f"{name}.stderr" for name in self.names), "rms"], "float64")
+        kinds = numbers | {"used": "int64", "flags": "uint8"}
         fixed = [x.dims if isinstance(x, xarray.DataArray) else x for x in (self.wi, self.wo, self.u)]
-        return identity(self.how, self.names, self.dims, self.f.shape, self.chunk, fixed)
-
-    def prepare(self, store: Path) -> None:
-        """An empty store: NaN everywhere, and no chunk done."""
-        import zarr
-
-        group = zarr.create_group(store, attributes={IDENTITY: self.identity, "model": repr(self.how[0])})
-        self.complete(store)
-        coordinates = {d: self.f[d].values for d in self.dims if d in self.f.indexes}
-        for d, values in coordinates.items():
-            if values.dtype.kind in "fiu":
-                group.create_array(d, shape=values.shape, dtype=values.dtype, dimension_names=[d])[:] = values
-
-    def complete(self, store: Path) -> Any:
-        """The group of a store, in which descriptions of arrays that were lost or damaged are written again."""
-        import zarr
-        from zarr.codecs import Crc32cCodec, ZstdCodec
-
-        group: Any = zarr.open_group(store, mode="r+")
-        of_texels = {"shape": self.shape, "chunks": self.chunk, "dimension_names": self.dims}
-        arrays: dict[str, dict[str, Any]] = {name: {**of_texels, "dtype": kind} for name, kind in self.kinds.items()}
-        one = {"shape": (*self.counts, 2), "chunks": (*(1 for _ in self.counts), 2), "dtype": "uint64"}
-        arrays[DONE] = {**one, "dimension_names": [*(f"chunk_{d}" for d in self.dims), "hash"]}
-        for name, as_made in arrays.items():
-            try:
-                same = (group[name].shape, str(group[name].dtype)) == (as_made["shape"], as_made["dtype"])
-            except BROKEN:
-                same = False
-            if not same:
-                (store / name / "zarr.json").unlink(missing_ok=True)
-                fill = math.nan if as_made["dtype"] == "float64" else 0
-                group.create_array(name, **as_made, fill_value=fill, compressors=[ZstdCodec(level=0), Crc32cCodec()])
-        return group
+        whose = identity(self.how, self.names, self.dims, self.f.shape, chunk, fixed)
+        return MapStore(os.path.abspath(path), whose, kinds, self.dims, shape, chunk)
 
     @property
-    def kinds(self) -> dict[str, str]:
-        """The arrays of a store, and their dtypes."""
-        numbers = dict.fromkeys([*self.names, *(f"{name}.stderr" for name in self.names), "rms"], "float64")
-        return numbers | {"used": "int64", "flags": "uint8"}
+    def coordinates(self) -> dict[str, np.ndarray]:
+        """Numbers along the axes of texels."""
+        found = {d: self.f[d].values for d in self.dims if d in self.f.indexes}
+        return {d: x for d, x in found.items() if x.dtype.kind in "fiu"}
 
-    def marks(self, store: Path) -> dict[Region, tuple[int, ...] | None]:
-        """The mark of each chunk, or None of those that are not done. Raises FormatError and ParameterError for what is
-        no store of this work."""
-        import zarr
-
-        try:
-            group = zarr.open_group(store, mode="r")
-            found = group.attrs[IDENTITY]
-        except (OSError, ValueError, KeyError, TypeError):
-            raise FormatError(f"{store}: is no store of fits; choose another name, or remove it yourself") from None
-        if found != self.identity:
-            what = "another model, of other options, directions or uncertainties, of another map, or by another version"
-            raise ParameterError(f"{store}: holds fits of {what} of gonio; choose another name")
-        every = list(itertools.product(*map(range, self.counts)))
-        try:
-            marks: Any = group[DONE]
-            with suppress(*BROKEN):  # read at once where none is damaged
-                marks = marks[...]
-        except BROKEN:
-            return dict.fromkeys(every)
-        return {region: _mark_of(marks, region) for region in every}
-
-    def fit_into(self, store: Path, scheduler: Any, progress: Callable[[int, int], None] | None) -> None:
+    def fit_into(self, store: MapStore, scheduler: Any, progress: Callable[[int, int], None] | None) -> None:
         """Fit all chunks that are not done, after all that are have been looked at."""
-        marks = self.marks(store)
-        with _written(store):
-            self.complete(store)
+        marks = store.marks()
+        store.complete()
         left = [region for region, mark in marks.items() if mark is None]
         marked = [region for region, mark in marks.items() if mark is not None]
-        done = sum(map(self.size, marked))
+        done, texels = sum(map(store.size, marked)), math.prod(store.shape)
 
         def told() -> None:
             if progress is not None:
-                progress(done, self.texels)
+                progress(done, texels)
 
         told()
         with workers(scheduler) as crew:
@@ -306,28 +220,29 @@ class _Map:
                 if error is not None:
                     raise error
                 if state == CHANGED:
-                    where = ", ".join(f"{d} {s.start} to {s.stop - 1}" for d, s in self.places(region).items())
+                    places = zip(self.dims, store.places(region), strict=True)
+                    where = ", ".join(f"{d} {s.start} to {s.stop - 1}" for d, s in places)
                     raise ParameterError(
-                        f"{store}: holds fits of other values of f, u, wi or wo than these, as at {where}; nothing was "
-                        f"changed; choose another name"
+                        f"{store.path}: holds fits of other values of f, u, wi or wo than these, as at {where}; "
+                        f"nothing was changed; choose another name"
                     )
                 if state == LOST:
                     left.append(region)
-                    done -= self.size(region)
+                    done -= store.size(region)
             told()
             jobs = (self.job(store, region, crew.are_far) for region in left)
             for number, _, error in crew.results(_fit_chunk, jobs):
                 if error is not None:
                     raise error
-                done += self.size(left[number])
+                done += store.size(left[number])
                 told()
 
-    def job(self, store: Path, region: Region, is_far: bool, mark: Any = None) -> Any:
+    def job(self, store: MapStore, region: Region, is_far: bool, mark: Mark | None = None) -> Any:
         """What a worker is given for a chunk."""
         import dask
         import xarray
 
-        at = self.places(region)
+        at = dict(zip(self.dims, store.places(region), strict=True))
         parts = []
         for x in (self.f, self.wi, self.wo, self.u):
             if isinstance(x, xarray.DataArray):
@@ -335,16 +250,7 @@ class _Map:
                 (x,) = dask.optimize(x)
             parts.append(x)
         f, wi, wo, u = parts
-        whole = (
-            os.path.abspath(store),
-            region,
-            tuple(at.values()),
-            (wi, wo, f, u),
-            bool(self.channel),
-            self.how,
-            self.kinds,
-            mark,
-        )
+        whole = (store, region, (wi, wo, f, u), bool(self.channel), self.how, mark)
         if not is_far:
             return whole
         import cloudpickle
@@ -358,77 +264,27 @@ class _Map:
         return sent
 
 
-BROKEN = (OSError, ValueError, RuntimeError, TypeError, LookupError)
-"""What Zarr and its libraries raise where a store is damaged."""
-
-
-def _mark_of(marks: Any, region: Region) -> tuple[int, ...] | None:
-    """The mark of a chunk; None where there is none, or what there is was cut off by a kill."""
-    try:
-        mark = tuple(map(int, marks[region]))
-    except BROKEN:
-        return None
-    return mark if any(mark) else None
-
-
-def _hash(*parts: Any) -> int:
-    return int(identity(*parts)[:16], 16)
-
-
-def _stored(store: str, names: Iterable[str], region: Region) -> int:
-    """A hash of the files of a chunk; of numbers that are all NaN there is none."""
-    files = [Path(store, name, "c", *map(str, region)) for name in names]
-    return _hash(*(file.read_bytes() if file.exists() else None for file in files))
-
-
 def _unpacked(job: Any) -> Any:
     """A job with the arrays of its chunk, read."""
-    store, region, places, arrays, *rest = pickle.loads(job) if isinstance(job, bytes) else job
+    store, region, arrays, *rest = pickle.loads(job) if isinstance(job, bytes) else job
     arrays = [x.compute(scheduler="synchronous") if hasattr(x, "dask") else x for x in arrays]
-    return store, region, places, arrays, *rest
-
-
-KEPT, CHANGED, LOST = "kept", "changed", "lost"
-"""What has become of a chunk that was done: nothing; other numbers would go in; its results are not there."""
+    return store, region, arrays, *rest
 
 
 def _look(job: Any) -> str:
     """What has become of a chunk that was done, in any process."""
-    store, region, _, arrays, _, _, kinds, (went_in, came_out) = _unpacked(job)
-    if _hash(*arrays) != went_in:
-        return CHANGED
-    try:
-        return KEPT if _stored(store, kinds, region) == came_out else LOST
-    except OSError:  # it cannot be read, and perhaps be written
-        return LOST
+    store, region, arrays, _, _, mark = _unpacked(job)
+    return store.state(region, mark, arrays)
 
 
 def _fit_chunk(job: Any) -> None:
     """Fit a chunk and write it, in any process."""
-    import zarr
-
-    store, region, places, (wi, wo, f, u), coloured, how, kinds, _ = _unpacked(job)
+    store, region, arrays, coloured, how, _ = _unpacked(job)
+    wi, wo, f, u = arrays
     found = _fit(wi, wo, f, u, coloured, how)
-    of = {**found.values, **{f"{name}.stderr": x for name, x in found.stderr.items()}}
-    of |= {name: getattr(found, name) for name in ("rms", "used", "flags")}
-    with _written(store):
-        group: Any = zarr.open_group(store, mode="r+")
-        for name in kinds:
-            group[name][places] = of[name]
-        group[DONE][region] = np.array([_hash(wi, wo, f, u), _stored(store, kinds, region)], np.uint64)
-
-
-@contextmanager
-def _written(store: str | os.PathLike[str]) -> Iterator[None]:
-    """WriteError where the system refuses."""
-    try:
-        yield
-    except Error:
-        raise
-    except OSError as error:
-        raise WriteError(
-            f"{store}: cannot be written: {error.strerror or error}; make room: the same call goes on where this ended"
-        ) from error
+    results = {**found.values, **{f"{name}.stderr": x for name, x in found.stderr.items()}}
+    results |= {name: getattr(found, name) for name in ("rms", "used", "flags")}
+    store.write(region, arrays, results)
 
 
 def _listed(names: Any) -> Any:
@@ -445,12 +301,6 @@ def _stacked(found: FitMap) -> np.ndarray:
     """All numbers (..., 2 n + 3)."""
     parts = [*found.values.values(), *found.stderr.values(), found.rms, found.used, found.flags]
     return np.stack([np.asarray(x, dtype=float) for x in parts], axis=-1)
-
-
-def _opened(store: Path) -> Any:
-    import xarray
-
-    return xarray.open_zarr(store, consolidated=False)
 
 
 def _require_dask() -> None:
