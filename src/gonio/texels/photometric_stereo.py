@@ -119,8 +119,9 @@ def photometric_stereo(
     texel. Values of lights that the normal found faces away from are left out, and the others solved again until
     none changes. Channels share the normal, which is that of their joint least squares.
 
-    `images`: linear radiance, (K, H, W) or (K, H, W, C), or K pictures `gn.Image`, of which `light` is taken, and whose
-    coverage is a mask; `gn.read_image(path, linear=True)` reads codes that are linear as they are. NaN is left out.
+    `images`: linear radiance, (K, H, W) or (K, H, W, C), or K pictures `gn.Image`, of which `light` is taken. Texels of
+    coverage 0 are left out; those covered in part, as at silhouettes, get their albedo times coverage.
+    `gn.read_image(path, linear=True)` reads codes that are linear as they are. NaN is left out.
     `coloured`: whether the last axis is that of channels; told where four axes, or pictures, tell it.
     `lights`: K small sources: `DistantLight`, `PointLight`, `SpotLight`.
     `position`: where each texel is, for lights that are near. Start from a plane.

@@ -24,6 +24,8 @@ SMALL = 2**20
 """Bytes of arrays that any file may hold, such as constants that were never stored."""
 AT_ONCE = 2**24
 """Bytes that are read at a time."""
+SPARE = 2**25
+"""Bytes of memory that reading takes beside what comes of it, and beside what unpacks it."""
 STARTED = "gonio reads\n"
 """First line of the output, which a program other than Python does not print."""
 
@@ -58,7 +60,9 @@ def _hdf5(path: str, size: int, names: list[str], prefixes: list[str]) -> dict[s
         short = {dataset: dataset.name.rpartition("/")[2] for dataset in datasets}
         needed = [x for x, name in short.items() if name in names or name.startswith(tuple(prefixes))]
         _refuse_promises(sum(map(_bytes, datasets)), size)
-        _limit_time(size, sum(map(_bytes, needed)))
+        total = sum(map(_bytes, needed))
+        _limit_time(size, total)
+        _limit_memory(4 * total + size + SPARE)
         for dataset in needed:
             _read(dataset)
         return {"names": [dataset.name.lstrip("/") for dataset in datasets]}
@@ -113,6 +117,21 @@ def _limit_time(size: int, total: int = 0) -> None:
     """
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_PROF, 0.7 + size / 5e6 + total / 1e7)
+
+
+def _limit_memory(more: int) -> None:
+    """Let the process have so many bytes more than it has, if the system can: HDF5 unpacks all that a chunk holds, far
+    beyond what it says."""
+    try:
+        import resource
+
+        with open("/proc/self/status", encoding="ascii") as status:
+            has = next(int(line.split()[1]) for line in status if line.startswith("VmData:")) << 10
+    except (ImportError, OSError, StopIteration):
+        return
+    hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    most = has + more if hard == resource.RLIM_INFINITY else min(has + more, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
 def _datasets(h5py: Any, file: Any) -> Iterator[Any]:
