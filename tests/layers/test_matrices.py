@@ -50,7 +50,7 @@ def test_slabs_add_up():
     thin, thick = (media.slab(nodes, 1.5, depth, 0.9, 0.6, range(8), 20)[0] for depth in (0.7, 2.1))
     twice = adding.added(thin, adding.added(thin, thin))
     for one, other in zip(twice, thick, strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-11)  # the rounding of eigenvectors
+        np.testing.assert_allclose(one, other, atol=1e-10)  # of eigenvectors: 1.1e-11 on AVX2, 3.6e-11 on AVX-512
 
 
 @pytest.mark.parametrize(

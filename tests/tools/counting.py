@@ -38,8 +38,9 @@ SLACK = 1.05
 HEAD = """\
 What calls cost, counted: the first call in a process, and one that is warm. `python3 dev.py counts` writes this file.
 
-calls       of functions in gonio's own files, without comprehensions and lambdas, and without those that write
-            machine code, as the processor wants it; after "<" what was seen, of which 5 % more are allowed
+calls       of functions in gonio's own files, without comprehensions and lambdas, without those that write machine
+            code, as the processor wants it, and without what these call; after "<" what was seen, of which 5 % more
+            are allowed
 traces      formulas run on symbols
 kernels     compiled
 operations  of the graphs that were made shorter, to be compiled or written as source
@@ -244,7 +245,7 @@ def counted(call: Call) -> Counts:
             if is_own is None:
                 file, name = code.co_filename, code.co_name
                 is_own = own[code] = file.startswith(folder) and not file.startswith(writers) and name[0] != "<"
-            calls += is_own
+            calls += is_own and not frame.f_back.f_code.co_filename.startswith(writers)
             traces += code is trace
             kernels += code is compiled
         elif event == "return" and code is shorter and value is not None:
