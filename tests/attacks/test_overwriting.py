@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import resource
@@ -11,6 +12,7 @@ import stat
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
@@ -536,6 +538,27 @@ def test_a_full_disk_leaves_the_old_file_and_one_error(tmp_path):
                 (disk / name).unlink()
     finally:
         subprocess.run(["umount", disk], check=True)
+
+
+@pytest.mark.parametrize("name", ["a.zarr", "b.zarr.zip"])
+def test_no_file_of_a_store_is_still_written_after_the_error(name, tmp_path, monkeypatch):
+    """Zarr writes several at once: one went on after another had failed, in the folder that was being removed."""
+    local = pytest.importorskip("zarr.storage._local")
+    put, written = local._put, []
+
+    def slow_or_full(path, *arguments, **options):
+        if path.name == ".zgroup":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        time.sleep(0.2)
+        written.append(put(path, *arguments, **options))
+        return written[-1]
+
+    monkeypatch.setattr(local, "_put", slow_or_full)
+    with pytest.raises(WriteError, match="No space left on device"):
+        gn.save(grid(), tmp_path / name)
+    assert written and tree(tmp_path) == {}
+    time.sleep(0.3)
+    assert tree(tmp_path) == {}
 
 
 OTHER_WRITERS = (

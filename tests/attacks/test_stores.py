@@ -464,7 +464,7 @@ def test_a_measurement_that_changes_while_it_is_read_is_read_again(suffix, tmp_p
 
     path = tmp_path / f"m{suffix}"
     gn.save(grid(0.25), path)
-    module, name = (xarray_netcdf, "_opened") if suffix == ".nc" else (xarray_zarr, "_inspect")
+    module, name = (xarray_netcdf, "_opened") if suffix == ".nc" else (xarray_zarr, "inspected")
     real, seen = getattr(module, name), []
 
     def once(*args, **options):

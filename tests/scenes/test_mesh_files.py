@@ -153,7 +153,7 @@ for path in sys.argv[1:]:
     os._exit(0)
 """
     paths = sorted(tmp_path.iterdir())
-    words = [sys.executable, "-W", "ignore::DeprecationWarning", "-c", code, *paths]
+    words = [sys.executable, "-W", "ignore::DeprecationWarning", "-c", code, *paths]  # of a fork beside threads
     done = subprocess.run(words, capture_output=True, text=True, check=True, timeout=60)
     for path, taken in zip(paths, done.stdout.split(), strict=True):
         assert int(taken) <= 30 * path.stat().st_size + (64 << 20), path.name

@@ -152,7 +152,6 @@ class _Map:
         """A Dataset of Dask's arrays."""
         import xarray
 
-        many = 2 * len(self.names) + 3
         inputs, core = [self.f], [self.core]
         fixed: dict[str, Any] = {}
         for name, x in (("wi", self.wi), ("wo", self.wo), ("u", self.u)):
@@ -174,13 +173,17 @@ class _Map:
             output_core_dims=[["_number"]],
             dask="parallelized",
             output_dtypes=[float],
-            dask_gufunc_kwargs={"output_sizes": {"_number": many}},
+            dask_gufunc_kwargs={"output_sizes": {"_number": len(self.kinds)}},
         )
-        names = [*self.names, *(f"{name}.stderr" for name in self.names), "rms", "used", "flags"]
-        kinds = {"used": np.int64, "flags": np.uint8}
         return xarray.Dataset(
-            {name: packed.isel(_number=k).astype(kinds.get(name, float)) for k, name in enumerate(names)}
+            {name: packed.isel(_number=k).astype(kind) for k, (name, kind) in enumerate(self.kinds.items())}
         )
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """What is found for each texel, in the order of `_stacked`, and the dtypes."""
+        numbers = dict.fromkeys([*self.names, *(f"{name}.stderr" for name in self.names), "rms"], "float64")
+        return numbers | {"used": "int64", "flags": "uint8"}
 
     def store(self, path: Path) -> MapStore:
         """A store for this work, by all that goes into it but the numbers of its texels, which chunks compare."""
@@ -188,11 +191,9 @@ class _Map:
 
         shape = tuple(self.f.sizes[d] for d in self.dims)
         chunk = tuple(max(self.f.chunksizes[d], default=1) for d in self.dims)
-        numbers = dict.fromkeys([*self.names, *(f"{name}.stderr" for name in self.names), "rms"], "float64")
-        kinds = numbers | {"used": "int64", "flags": "uint8"}
         fixed = [x.dims if isinstance(x, xarray.DataArray) else x for x in (self.wi, self.wo, self.u)]
         whose = identity(self.how, self.names, self.dims, self.f.shape, chunk, fixed)
-        return MapStore(os.path.abspath(path), whose, kinds, self.dims, shape, chunk)
+        return MapStore(os.path.abspath(path), whose, self.kinds, self.dims, shape, chunk)
 
     @property
     def coordinates(self) -> dict[str, np.ndarray]:

@@ -129,9 +129,9 @@ def _limit_memory(more: int) -> None:
             has = next(int(line.split()[1]) for line in status if line.startswith("VmData:")) << 10
     except (ImportError, OSError, StopIteration):
         return
-    hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
-    most = has + more if hard == resource.RLIM_INFINITY else min(has + more, hard)
-    resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
+    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    if soft == resource.RLIM_INFINITY or has + more < soft:
+        resource.setrlimit(resource.RLIMIT_DATA, (has + more, hard))
 
 
 def _datasets(h5py: Any, file: Any) -> Iterator[Any]:
