@@ -11,6 +11,9 @@ import pytest
 from libraries import thinned
 
 import gonio as gn
+from gonio.arrays import ops
+from gonio.authoring import Direction, Light, param
+from gonio.base.one_channel import of_channel
 from gonio.catalogue.expressions import read
 from gonio.errors import ParameterError
 from gonio.lights._photometry import Photometry
@@ -143,6 +146,54 @@ def test_a_light_that_is_moved_says_there_what_it_said_here(name):
         )
     for found, wanted in pairs:
         np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12)
+
+
+def lamp():
+    """A light whose place is a number, no vector, and that answers every question that a light may be asked."""
+
+    class Lamp(Light):
+        """A lamp at a height."""
+
+        height = param(2.0, 0.0, 10.0, "height", unit="m")
+        can_sample = True
+
+        def seen(self, p, w):
+            distance = self.height - p.z
+            return ops.where(w.z > 0.5, 1.0 / distance, 0.0), distance
+
+        def warp(self, p, u0, u1):
+            z, phi = 1.0 - 0.5 * u0, 2.0 * np.pi * u1 + self.height - p.z
+            r = ops.sqrt(1.0 - z * z)
+            return Direction(r * ops.cos(phi), r * ops.sin(phi), z)
+
+        def density(self, p, w):
+            return ops.where(w.z > 0.5, 1.0 / np.pi, 0.0)
+
+        def irradiance_on(self, p, n):
+            return n.z / (self.height - p.z)
+
+        def strength(self, p):
+            return 1.0 / (self.height - p.z)
+
+        def holds(self, p):
+            return p.z > self.height
+
+    return Lamp(2.0)
+
+
+def test_a_light_that_is_moved_or_turned_answers_as_that_light():
+    """Moved by a number that is no vector it forgot its closed form, its strength, and where nobody may be."""
+    light, by = lamp(), (3.0, -5.0, 1.0)
+    there = HERE + np.array(by)
+    for other, place in ((light.moved(by), there), (gn.TurnedLight(light, 0.0), HERE), (of_channel(light, 0), HERE)):
+        p = Direction(*map(float, place))
+        assert other.irradiance_at(place, NORMAL) == pytest.approx(light.irradiance_at(HERE, NORMAL))
+        assert other.strength(p) == pytest.approx(light.strength(Direction(*map(float, HERE))))
+        w = other.warp(p, np.array(0.3), np.array(0.7))
+        np.testing.assert_allclose([*w], [*light.warp(Direction(*HERE), np.array(0.3), np.array(0.7))])
+        other.check_position(place)
+        with pytest.raises(ParameterError, match="at the position"):
+            other.check_position(place + np.array([0.0, 0.0, 5.0]))
 
 
 @pytest.mark.parametrize("name", CLOSED)

@@ -358,26 +358,76 @@ class Light(Parametrised):
 
 
 class _OfLight(Light):
-    """Base of lights that are another one, looked at otherwise."""
+    """Base of lights that are another one, elsewhere, turned, or in part: questions go to that one, and its answers
+    back. A subclass says where a place of the world is in the light, and how directions turn on the way."""
 
     has_text = False
-    of = part(Light, None, "the light")
+    light = part(Light, None, "the light")
 
     @property
-    def is_delta(self) -> bool:  # type: ignore[override]
-        return bool(self.of.is_delta)
+    def is_delta(self) -> bool:  # type: ignore[override]  # that of another light, asked of the object
+        return bool(self.light.is_delta)
 
     @property
-    def has_edges(self) -> bool:  # type: ignore[override]
-        return bool(self.of.has_edges)
+    def has_edges(self) -> bool:  # type: ignore[override]  # the same
+        return bool(self.light.has_edges)
 
     @property
-    def can_sample(self) -> bool:  # type: ignore[override]
-        return bool(self.of.can_sample)
+    def can_sample(self) -> bool:  # type: ignore[override]  # the same
+        return bool(self.light.can_sample)
 
     @property
-    def has_horizon(self) -> bool:  # type: ignore[override]
-        return bool(self.of.has_horizon)
+    def has_horizon(self) -> bool:  # type: ignore[override]  # the same
+        return bool(self.light.has_horizon)
+
+    @property
+    def has_closed_form(self) -> bool:
+        return bool(self.light.has_closed_form)
+
+    @property
+    def _shining(self) -> Light:
+        """What radiance is asked of."""
+        light: Light = self.light
+        return light
+
+    def _place(self, p: Direction) -> Direction:
+        """A position of the world in the light."""
+        return p
+
+    def _inwards(self, w: Direction) -> Direction:
+        """A direction of the world in the light."""
+        return w
+
+    def _outwards(self, w: Direction) -> Direction:
+        """A direction of the light in the world."""
+        return w
+
+    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
+        return self._shining.seen(self._place(p), self._inwards(w))
+
+    def warp(self, p: Direction, u0: Any, u1: Any) -> Direction:
+        return self._outwards(self.light.warp(self._place(p), u0, u1))
+
+    def density(self, p: Direction, w: Direction) -> Any:
+        return self.light.density(self._place(p), self._inwards(w))
+
+    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
+        w, density = self.light.drawn(self._place(p), u0, u1)
+        return self._outwards(w), density
+
+    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
+        w, E, distance = self._shining.beam(self._place(p))
+        return self._outwards(w), E, distance
+
+    def irradiance_on(self, p: Direction, n: Direction) -> Any:
+        return self._shining.irradiance_on(self._place(p), self._inwards(n))
+
+    def strength(self, p: Direction) -> Any:
+        return self._shining.strength(self._place(p))
+
+    def holds(self, p: Direction) -> Any:
+        held = self.light.holds(self._place(p))
+        return p.x < p.x if held is None else held
 
 
 class _Moved(_OfLight):
@@ -385,20 +435,9 @@ class _Moved(_OfLight):
 
     by = vector((0.0, 0.0, 0.0), "by how much it is moved [m]")
 
-    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
-        seen: tuple[Any, Any] = self.of.seen(p - self.by.vector, w)
-        return seen
-
-    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
-        beam: tuple[Direction, Any, Any] = self.of.beam(p - self.by.vector)
-        return beam
-
-    def density(self, p: Direction, w: Direction) -> Any:
-        return self.of.density(p - self.by.vector, w)
-
-    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
-        drawn: tuple[Direction, Any] = self.of.drawn(p - self.by.vector, u0, u1)
-        return drawn
+    def _place(self, p: Direction) -> Direction:
+        place: Direction = p - self.by.vector
+        return place
 
 
 def _asks_where(light: Light) -> bool:

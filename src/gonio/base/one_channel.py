@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ..formula.direction import Direction
 from ..formula.fields import Channels, Field, part
 from ..formula.state import state
 from .light import ORIGIN, Light, _OfLight
@@ -23,44 +22,16 @@ class OneChannel(_OfLight):
     number: int = state(0)
     own: frozenset[str] = state(frozenset())
 
-    @property
-    def has_closed_form(self) -> bool:
-        return bool(self.of.has_closed_form)
-
     def sharing(self, other: OneChannel) -> OneChannel:
         """The channel with the very numbers of another one that both share: what follows from them is computed once."""
         shared = zip(other.leaf_paths(), other.leaves(), strict=True)
         return self.with_values({path: value for path, value in shared if path not in self.own})
 
     @property
-    def _chosen(self) -> Light:
+    def _shining(self) -> Light:
         number = float(self.number)
-        light: Light = self.of.rebuilt(lambda _, field, value: number if isinstance(field, Channels) else value)
+        light: Light = self.light.rebuilt(lambda _, field, value: number if isinstance(field, Channels) else value)
         return light
-
-    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
-        return self._chosen.seen(p, w)
-
-    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
-        return self._chosen.beam(p)
-
-    def irradiance_on(self, p: Direction, n: Direction) -> Any:
-        return self._chosen.irradiance_on(p, n)
-
-    def holds(self, p: Direction) -> Any:
-        held = self.of.holds(p)
-        return p.x < p.x if held is None else held
-
-    def density(self, p: Direction, w: Direction) -> Any:
-        return self.of.density(p, w)
-
-    def warp(self, p: Direction, u0: Any, u1: Any) -> Direction:
-        w: Direction = self.of.warp(p, u0, u1)
-        return w
-
-    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
-        found: tuple[Direction, Any] = self.of.drawn(p, u0, u1)
-        return found
 
 
 class _OfArrays(Light):
@@ -85,7 +56,7 @@ def of_channel(light: Light, number: int) -> Light:
     def chosen(path: str, field: Field, value: Any) -> Any:
         if not np.ndim(value):
             return value
-        own.append(f"of.{path}")
+        own.append(f"light.{path}")
         one = value[..., min(number, np.shape(value)[-1] - 1)]
         return float(one) if isinstance(value, np.ndarray) else one
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..arrays import ops
-from ..base.light import ORIGIN, Light
+from ..base.light import ORIGIN, Light, _OfLight
 from ..errors import ParameterError
 from ..formula.direction import Direction
 from ..formula.fields import param, part
@@ -15,7 +15,7 @@ from .constant import ConstantLight
 from .function import FunctionLight
 
 
-class TurnedLight(Light):
+class TurnedLight(_OfLight):
     r"""A light turned by an angle about the world's z axis, counterclockwise as seen from above: with R the rotation,
     $L(p, \omega) = L_0(R^{-1} p, R^{-1} \omega)$, and so for beams.
 
@@ -34,28 +34,9 @@ class TurnedLight(Light):
     [0.     0.7071 0.7071]
     """
 
+    has_text = True
     light = part(Light, ConstantLight(1.0), "the light that is turned")
     angle = param(0.0, -1e6, 1e6, "by how much it is turned", unit="rad")
-
-    @property
-    def is_delta(self) -> bool:  # type: ignore[override]
-        return bool(self.light.is_delta)
-
-    @property
-    def has_edges(self) -> bool:  # type: ignore[override]
-        return bool(self.light.has_edges)
-
-    @property
-    def can_sample(self) -> bool:  # type: ignore[override]
-        return bool(self.light.can_sample)
-
-    @property
-    def has_horizon(self) -> bool:  # type: ignore[override]
-        return bool(self.light.has_horizon)
-
-    @property
-    def has_closed_form(self) -> bool:
-        return bool(self.light.has_closed_form)
 
     def validate(self) -> None:
         if not self.light.is_formula():
@@ -69,41 +50,18 @@ class TurnedLight(Light):
         return Direction(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z)
 
     def _place(self, p: Direction) -> Direction:
-        """A position of the world in the light."""
         return self._turned(p, back=True)
+
+    def _inwards(self, w: Direction) -> Direction:
+        return self._turned(w, back=True)
+
+    def _outwards(self, w: Direction) -> Direction:
+        return self._turned(w)
 
     def _moved(self, by: Sequence[float]) -> Light:
         back = Direction(*map(float, self._turned(Direction(*by), back=True)))
         light = self.light.moved(back)
         return self if light is self.light else _TurnedAbout(light, self.angle, back.x, back.y, self.angle)
-
-    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
-        seen: tuple[Any, Any] = self.light.seen(self._place(p), self._turned(w, back=True))
-        return seen
-
-    def warp(self, p: Direction, u0: Any, u1: Any) -> Direction:
-        return self._turned(self.light.warp(self._place(p), u0, u1))
-
-    def density(self, p: Direction, w: Direction) -> Any:
-        return self.light.density(self._place(p), self._turned(w, back=True))
-
-    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
-        w, density = self.light.drawn(self._place(p), u0, u1)
-        return self._turned(w), density
-
-    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
-        w, E, distance = self.light.beam(self._place(p))
-        return self._turned(w), E, distance
-
-    def irradiance_on(self, p: Direction, n: Direction) -> Any:
-        return self.light.irradiance_on(self._place(p), self._turned(n, back=True))
-
-    def strength(self, p: Direction) -> Any:
-        return self.light.strength(self._place(p))
-
-    def holds(self, p: Direction) -> Any:
-        held = self.light.holds(self._place(p))
-        return p.x < p.x if held is None else held
 
 
 class _TurnedAbout(TurnedLight):
