@@ -5,8 +5,8 @@ Zarr 2 is written; 2 and 3 are read, after `zarr_store` has looked at what there
 
 from __future__ import annotations
 
-import asyncio
 import base64
+import contextlib
 import os
 import stat
 import struct
@@ -22,6 +22,7 @@ from ..files import replacing, replacing_folder
 from ..tables.dataset import of_file
 from ._reading.own_layout import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
 from ._reading.zarr_store import CHUNK, DESCRIBING, inspected
+from ._reading.zarr_tasks import finished
 
 NAME = "Zarr"
 SUFFIXES = (".zarr", ".zip")
@@ -68,28 +69,25 @@ def write(
 
     Raises ParameterError for delta lobes and maps, DependencyError without zarr.
     """
-    zarr = _library()
+    _library()
     ds, encoding = encoded(m, parameterisation, resolution)
     if path.suffix.lower() != ".zip":
         with replacing_folder(path, _foreign) as temporary:
-            apart(_fill, zarr, temporary, ds, encoding)
+            apart(_fill, temporary, ds, encoding)
         return
     with replacing(path) as temporary:
         folder = temporary.with_name("store")
-        apart(_fill, zarr, folder, ds, encoding)
+        apart(_fill, folder, ds, encoding)
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as packed:
             for name in sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()):
                 packed.writestr(zipfile.ZipInfo(name), (folder / name).read_bytes())
 
 
-def _fill(zarr: Any, folder: Path, ds: Any, encoding: dict[Any, dict[str, Any]]) -> None:
+def _fill(folder: Path, ds: Any, encoding: dict[Any, dict[str, Any]]) -> None:
     """Write a store with all of its chunks, those of zeros too."""
     options: dict[str, Any] = {"mode": "w", "zarr_format": 2, "consolidated": True, "write_empty_chunks": True}
-    try:
+    with finished():
         ds.to_zarr(folder, encoding=encoding, **options)
-    except Exception:
-        _finish(zarr)  # files that are still being written would come back after the folder is removed
-        raise
 
 
 def target(path: Path) -> Path:
@@ -134,16 +132,10 @@ def _opened(zarr: Any, path: Path) -> Any:
 
     names = sorted(NEEDED & inspected(path))
     kind = zarr.storage.LocalStore if path.is_dir() else zarr.storage.ZipStore
-    store = kind(path, read_only=True)
-    try:
+    with contextlib.closing(kind(path, read_only=True)) as store, finished():
         group = zarr.open_group(store, mode="r", use_consolidated=False)
         variables = {name: _variable(group[name]) for name in names}
         return xarray.decode_cf(xarray.Dataset(variables, attrs=dict(group.attrs)), **AS_STORED)
-    except Exception:
-        _finish(zarr)
-        raise
-    finally:
-        store.close()
 
 
 def _variable(array: Any) -> Any:
@@ -155,13 +147,3 @@ def _variable(array: Any) -> Any:
     elif isinstance(missing := attributes.get("_FillValue"), str) and array.dtype.kind == "f":
         attributes["_FillValue"] = struct.unpack("<d", base64.standard_b64decode(missing))[0]
     return tuple(dims or ()), array[...], attributes
-
-
-def _finish(zarr: Any) -> None:
-    """Wait for the tasks of zarr's own thread after an error: they go on, and Python complains of them at its end."""
-
-    async def others() -> None:
-        if tasks := asyncio.all_tasks() - {asyncio.current_task()}:
-            await asyncio.wait(tasks, timeout=60.0)
-
-    zarr.core.sync.sync(others())

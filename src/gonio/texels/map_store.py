@@ -20,6 +20,7 @@ import numpy as np
 
 from ..base.identity import identity
 from ..errors import Error, FormatError, ParameterError, WriteError
+from ..formats._reading.zarr_tasks import finished
 
 DONE, IDENTITY = "done", "gonio_fit"
 
@@ -64,10 +65,11 @@ class MapStore:
         """An empty store in a new folder: NaN everywhere, and no chunk done."""
         import zarr
 
-        group = zarr.create_group(folder, attributes={IDENTITY: self.identity, "model": model})
-        self._complete(folder)
-        for d, values in coordinates.items():
-            group.create_array(d, shape=values.shape, dtype=values.dtype, dimension_names=[d])[:] = values
+        with finished():
+            group = zarr.create_group(folder, attributes={IDENTITY: self.identity, "model": model})
+            self._complete(folder)
+            for d, values in coordinates.items():
+                group.create_array(d, shape=values.shape, dtype=values.dtype, dimension_names=[d])[:] = values
 
     def complete(self) -> None:
         """Write again the descriptions of arrays that were lost or damaged."""
@@ -144,7 +146,8 @@ class MapStore:
     def _written(self) -> Iterator[None]:
         """WriteError where the system refuses."""
         try:
-            yield
+            with finished():
+                yield
         except Error:
             raise
         except OSError as error:

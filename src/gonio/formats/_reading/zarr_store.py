@@ -73,10 +73,10 @@ def inspected(path: Path) -> set[str]:
     if total > COMPRESSED * size + SMALL:
         raise FormatError(f"{path}: says that it holds {total} bytes of numbers, which {size} bytes of files cannot")
     with _whole(path) as whole:
-        _expect_small(path, chunks, arrays, whole)
-    for chunk, _, _ in chunks:
-        folder = next((folder for folder in chunk.parents if folder in arrays), Path())
-        keys.setdefault(folder, set()).add(chunk.relative_to(folder).as_posix())
+        for chunk, length, content in chunks:
+            folder = next((folder for folder in chunk.parents if folder in arrays), Path())
+            _expect_small(path, chunk, length, content, arrays.get(folder, (set(), 0)), whole)
+            keys.setdefault(folder, set()).add(chunk.relative_to(folder).as_posix())
     for folder, array in described_alone:
         if folder.as_posix() in NEEDED:
             _refuse_lost(path, folder, array, keys.get(folder, set()))
@@ -84,24 +84,19 @@ def inspected(path: Path) -> set[str]:
 
 
 def _expect_small(
-    path: Path,
-    chunks: list[tuple[Path, int, bytes]],
-    arrays: dict[Path, tuple[set[str], int]],
-    whole: Callable[[Path], bytes],
+    path: Path, chunk: Path, length: int, start: bytes, array: tuple[set[str], int], whole: Callable[[Path], bytes]
 ) -> None:
     """FormatError where a chunk unpacks to more than its array has, or is cut short."""
-    for chunk, length, content in chunks:
-        folder = next((folder for folder in chunk.parents if folder in arrays), Path())
-        codecs, taken = arrays.get(folder, (set(), 0))
-        claimed = _claimed(content, codecs)
-        if "zstd" in codecs and not claimed:
-            claimed = _blocks(whole(chunk))
-        elif codecs & {"gzip", "zlib", "numcodecs.zlib"} and DEFLATE * length > taken + SMALL:
-            claimed = _inflated(whole(chunk), taken + SMALL)
-        if claimed > taken + SMALL:
-            raise FormatError(f"{path}: {chunk} says that it unpacks to {claimed} bytes, expected at most {taken}")
-        if "blosc" in codecs and (length < CLAIM or int.from_bytes(content[12:16], "little") > length):
-            raise FormatError(f"{path}: {chunk} is cut short: it has {length} bytes, expected what its header says")
+    codecs, taken = array
+    claimed = _claimed(start, codecs)
+    if "zstd" in codecs and not claimed:
+        claimed = _blocks(whole(chunk))
+    elif codecs & {"gzip", "zlib", "numcodecs.zlib"} and DEFLATE * length > taken + SMALL:
+        claimed = _inflated(whole(chunk), taken + SMALL)
+    if claimed > taken + SMALL:
+        raise FormatError(f"{path}: {chunk} says that it unpacks to {claimed} bytes, expected at most {taken}")
+    if "blosc" in codecs and (length < CLAIM or int.from_bytes(start[12:16], "little") > length):
+        raise FormatError(f"{path}: {chunk} is cut short: it has {length} bytes, expected what its header says")
 
 
 def _refuse_lost(path: Path, folder: Path, array: dict[str, Any], keys: set[str]) -> None:
