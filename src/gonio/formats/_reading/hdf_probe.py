@@ -62,7 +62,7 @@ def _hdf5(path: str, size: int, names: list[str], prefixes: list[str]) -> dict[s
         _refuse_promises(sum(map(_bytes, datasets)), size)
         total = sum(map(_bytes, needed))
         _limit_time(size, total)
-        _limit_memory(4 * total + size + SPARE)
+        _limit_memory(size, total)
         for dataset in needed:
             _read(dataset)
         return {"names": [dataset.name.lstrip("/") for dataset in datasets]}
@@ -96,6 +96,7 @@ def _hdf4(
         return report
     _refuse_promises(8 * count, size)
     _limit_time(size, 8 * count)
+    _limit_memory(size, 8 * count)
     for number, name in enumerate(shapes):
         dataset = file.select(name)
         values = np.asarray(dataset.get(starts[name], lengths[name])).reshape(lengths[name])
@@ -119,9 +120,9 @@ def _limit_time(size: int, total: int = 0) -> None:
         signal.setitimer(signal.ITIMER_PROF, 0.7 + size / 5e6 + total / 1e7)
 
 
-def _limit_memory(more: int) -> None:
-    """Let the process have so many bytes more than it has, if the system can: HDF5 unpacks all that a chunk holds, far
-    beyond what it says."""
+def _limit_memory(size: int, total: int) -> None:
+    """Refuse more memory than these bytes of file, and of numbers, take, if the system can: HDF5 unpacks all that a
+    chunk holds, far beyond what it says."""
     try:
         import resource
 
@@ -129,9 +130,10 @@ def _limit_memory(more: int) -> None:
             has = next(int(line.split()[1]) for line in status if line.startswith("VmData:")) << 10
     except (ImportError, OSError, StopIteration):
         return
+    most = has + size + 4 * total + SPARE
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    if soft == resource.RLIM_INFINITY or has + more < soft:
-        resource.setrlimit(resource.RLIMIT_DATA, (has + more, hard))
+    if soft == resource.RLIM_INFINITY or most < soft:
+        resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
 def _datasets(h5py: Any, file: Any) -> Iterator[Any]:
