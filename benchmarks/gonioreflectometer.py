@@ -189,7 +189,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path)
     lines = machine(ROUNDS)
-    warnings.simplefilter("ignore", ToleranceWarning)
+    warnings.simplefilter("ignore", ToleranceWarning)  # the error that was reached is printed
     for part in (speed, beckmann, grooves, energy):
         lines += ["", *part()]
         print("\n".join(lines[-8:]), flush=True)

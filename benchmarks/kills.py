@@ -18,7 +18,7 @@ os.environ["GONIO_ENGINE"] = "numpy"  # what is killed is saving
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "tests" / "tools"))
 
-from killing import GROUPS, Outcome, campaign  # noqa: E402
+from killing import GROUPS, Outcome, campaign  # noqa: E402  (after the path is set)
 
 COLUMNS = ("kills", "damaged", "missing", "left something", "unswept", "seconds")
 

@@ -134,7 +134,7 @@ def main() -> None:
         print(line, flush=True)
 
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as made:
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # of the values, which are made up to be read quickly
         say("")
         for line in targets(Path(made)):
             say(line)

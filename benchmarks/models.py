@@ -81,7 +81,7 @@ def main() -> None:
     for name, m in subjects().items():
         if not asked.names or any(wanted in name for wanted in asked.names):
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
+                warnings.simplefilter("ignore")  # of parameters far out, which take as long
                 lines.append(row(name, m))
             print(lines[-1], flush=True)
     if asked.out:

@@ -59,8 +59,8 @@ class Case(NamedTuple):
 def cases(number: int) -> list[Case]:
     """All results of a measurement; the white-sky albedo of every third one."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MissingDataWarning)
-        warnings.simplefilter("ignore", ToleranceWarning)
+        warnings.simplefilter("ignore", MissingDataWarning)  # holes are part of the campaign
+        warnings.simplefilter("ignore", ToleranceWarning)  # the error is what is judged
         made = synthetic(number)
         return [
             Case(result.name, made.kind, made.step, made.planes, made.noise, *map(float, numbers))

@@ -29,7 +29,7 @@ def repr_png(thing: Any) -> bytes | None:
 def _made(kind: str, thing: Any) -> Any:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+            warnings.simplefilter("ignore")  # nobody asked for what is shown
             return next((getattr(find(), kind)(thing) for find in _MAKERS), None)
     except Exception:  # whatever fails here, the object itself is to be seen
         return None

@@ -311,7 +311,7 @@ def test_messages_about_files_are_visible_and_bounded(name, tmp_path):
         file.write_text(text[: word.start()] + EVIL * (300 if k % 2 else 1) + text[word.end() :])
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
+                warnings.simplefilter("ignore")  # errors are looked at
                 gn.load(file)
         except Error as error:
             count += 1

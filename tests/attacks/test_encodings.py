@@ -61,7 +61,7 @@ def read(folder: Path, content: bytes) -> tuple[str, np.ndarray]:
     file = folder / "file"
     file.write_bytes(content)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # of the values, which are random
         m = gn.load(file)
         if isinstance(m, gn.Scattered):
             _, first, which = np.unique(m.rows, axis=0, return_index=True, return_inverse=True)

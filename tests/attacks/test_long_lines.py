@@ -193,7 +193,7 @@ def test_tags_are_counted(tmp_path, monkeypatch):
 EVERY = """
 import resource, sys, warnings
 import gonio as gn
-warnings.simplefilter("ignore")
+warnings.simplefilter("ignore")  # memory is looked at
 
 def size():
     with open("/proc/self/statm") as file:

@@ -31,7 +31,7 @@ import resource, sys, warnings
 import numpy as np
 import gonio as gn
 from gonio.lights.environment import EnvironmentLight
-warnings.simplefilter("ignore")
+warnings.simplefilter("ignore")  # memory is looked at
 
 def memory(name):
     with open("/proc/self/status") as file:

@@ -9,6 +9,7 @@ import warnings
 
 import numpy as np
 import pytest
+from libraries import colour_science
 
 import gonio as gn
 from gonio.errors import DependencyError, NotFoundError, ParameterError, ShapeError
@@ -21,15 +22,13 @@ UP = np.array([0.0, 0.0, 1.0])
 
 @pytest.fixture(scope="module")
 def colour():
-    with warnings.catch_warnings(), np.printoptions():
-        warnings.simplefilter("ignore")
-        return pytest.importorskip("colour")
+    return colour_science()
 
 
 def by_colour_science(colour, R, light, observer="CIE 1931 2 Degree Standard Observer"):
     """X, Y, Z and those of white, summed every 5 nm, both over the Y of white."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # of its own tables
         of = [colour.SpectralDistribution(values, NM) for values in (R, np.ones(len(NM)))]
         matching, power = colour.MSDS_CMFS[observer], colour.SDS_ILLUMINANTS[light]
         xyz, white = (np.asarray(colour.sd_to_XYZ(x, matching, power)) for x in of)

@@ -503,6 +503,6 @@ def test_a_model_that_cannot_be_fitted_is_a_line_of_the_table():
     chosen = gn.select_model(noisy(gn.Lambertian(0.4), 60, 0.01, 14), models)
     assert chosen.best.name == "white" and "mirror" in str(chosen)
     with pytest.raises(gn.Error, match="none of 1 models"):
-        gn.select_model(noisy(gn.Lambertian(0.4), 60, 0.01, 14), {"mirror": gn.IdealSpecular(0.5)}).best  # noqa: B018
+        gn.select_model(noisy(gn.Lambertian(0.4), 60, 0.01, 14), {"mirror": gn.IdealSpecular(0.5)}).best  # noqa: B018  (raises)
     with pytest.raises(gn.Error, match="expected one of"):
         gn.select_model(gn.Lambertian(0.4), "everything")

@@ -142,7 +142,7 @@ def hemisphere(count: int) -> np.ndarray:
 def albedo(m: gn.Reflectance, wi: np.ndarray) -> np.ndarray:
     """Albedo (C,); directions without data, which are next to the horizon, count as 0."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MissingDataWarning)
+        warnings.simplefilter("ignore", MissingDataWarning)  # as said above
         return in_rgb(m, np.atleast_1d(gn.albedo(m, wi, TOLERANCE)))
 
 

@@ -30,7 +30,7 @@ def test_a_table_with_a_number_that_repeats_and_stands_apart_is_asked_about(mark
     assert np.isnan(m.values).sum() >= 3
     assert m.rough_albedo() < 1.0
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MeaningWarning)
+        warnings.simplefilter("ignore", MeaningWarning)  # tested above
         assert mark in gn.load(path, missing="").values
 
 

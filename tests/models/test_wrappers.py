@@ -538,7 +538,7 @@ def test_bad_normal_maps():
         (np.full((2, 2, 3), -0.4), r"out of bounds; expected codes from 0 to 1; of components .* \(x \+ 1\) / 2"),
     ):
         with pytest.raises(ParameterError, match=words), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+            warnings.simplefilter("ignore")  # of a hint: the error is tested
             gn.normal_map(image)
     with pytest.raises(gn.errors.ShapeError, match="1 channels, expected 3"):
         gn.normal_map(np.full((2, 2), 0.5))

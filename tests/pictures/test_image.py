@@ -564,7 +564,7 @@ def test_damaged_files_raise_only_gonio_errors(tmp_path, kind, capfd):
     for seed in range(60):
         path.write_bytes(damaged(whole, seed))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+            warnings.simplefilter("ignore")  # of pillow, about what is damaged
             try:
                 image = read_image(path, layer=layer)
             except errors.FormatError as error:

@@ -37,6 +37,7 @@ def lit():
             yield pytest.param(m, lights, id=f"{place}-{name}", marks=() if few else pytest.mark.full)
 
 
+# Both leave out what goes through a second surface, and say so.
 @pytest.mark.filterwarnings("ignore:.*light goes through one surface of:gonio.errors.LeftOutWarning")
 @pytest.mark.parametrize(("m", "lights"), [*lit()])
 def test_the_radiance_is_that_of_render(m, lights):

@@ -96,7 +96,7 @@ def test_a_result_or_an_error_that_says_what_to_do(face: str, kind: str, tmp_pat
     m = of_kind(kind)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)
+            warnings.simplefilter("ignore", UserWarning)  # a result with a warning is one
             eval(call, {"gn": gn, "np": np, "m": m, "folder": tmp_path})
     except Exception as error:
         if isinstance(error, gn.Error) and "a fault of gonio" not in str(error):

@@ -44,7 +44,7 @@ def written(name: str, kind: str, folder: Path) -> tuple[str, Any, Any]:
     more = "".join(f", {k}={v!r}" for k, v in given.items())
     text = f'gn.convert(m, folder / "m{suffix}", format={name!r}{more})'
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
+        warnings.simplefilter("ignore", UserWarning)  # the report is tested
         try:
             report = gn.convert(m, folder / f"m{suffix}", format=name, **given)
         except gn.Error as error:

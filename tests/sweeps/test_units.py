@@ -209,7 +209,7 @@ def test_tables_in_any_unit(name, option, unit, tmp_path):
     path = tmp_path / f"m{suffix}"
     path.write_bytes(packed(rows))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
+        warnings.simplefilter("ignore", UserWarning)  # of files whose units are said, all the same
         m = gn.load(path, **units)
     np.testing.assert_allclose(m.channel_names, [450.0, 550.0], rtol=1e-9)
     found = m.f(gn.direction(0.7, 0.0), gn.direction(0.5, [0.0, 1.0, 2.0]))

@@ -167,7 +167,7 @@ def test_lost_and_damaged_chunks_are_fitted_again(scan, tmp_path, counted):
 def test_runs_that_start_together_fit_each_chunk_once(scan, tmp_path, counted):
     wi, wo, f, whole = scan
     with warnings.catch_warnings(), ThreadPoolExecutor(3) as pool:
-        warnings.simplefilter("ignore", gn.errors.WaitingWarning)
+        warnings.simplefilter("ignore", gn.errors.WaitingWarning)  # two of them wait
         for found in [pool.submit(fitted, tmp_path, f, wi, wo) for _ in range(3)]:
             same(found.result(), whole)
     assert len(counted) == len({*counted}) == 6

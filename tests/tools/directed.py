@@ -180,7 +180,7 @@ def run(
         function = getattr(function, part)
     values = {k: change(value(GIVEN[v])[at]) if v in GIVEN else value(v) for k, v in call.arguments.items()}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
+        warnings.simplefilter("ignore", UserWarning)  # numbers are compared
         try:
             return numbers(function(*([m] if call.owner == "gn" else []), **values), known)
         except gn.Error as error:

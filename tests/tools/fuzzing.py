@@ -282,7 +282,7 @@ def reading(size: int, times: int = 64) -> Iterator[None]:
     """For reading a damaged file of this size, in bounded memory: values may be anything."""
     probed = partial(probed_by_one, allowed(size, times))
     with warnings.catch_warnings(), bounded_memory(size, times), mock.patch.object(hdf, "probed", probed):
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # as said above
         yield
 
 

@@ -22,7 +22,8 @@ def thinned(cases: Iterable[Any], kept: Collection[Any]) -> list[Any]:
 
 
 def colour_science(module: str = "colour") -> Any:
-    """colour-science, or a module of it; the test is skipped without. Importing it changes how arrays are printed."""
+    """colour-science, or a module of it; the test is skipped without. Importing it warns of what it lacks, and changes
+    how arrays are printed."""
     with warnings.catch_warnings(), np.printoptions():
         warnings.simplefilter("ignore")
         return pytest.importorskip(module)

@@ -109,7 +109,7 @@ class Lit(NamedTuple):
         exec(f"{self.start}\n{self.lamps}", names)
         found: list[list[np.ndarray] | Refused] = []
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)
+            warnings.simplefilter("ignore", UserWarning)  # numbers are compared
             for lights, k in eval(self.sets, names):
                 try:
                     found.append(numbers(eval(self.call, {**names, "lights": lights, "k": k})))

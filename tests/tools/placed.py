@@ -108,7 +108,7 @@ class Placed(NamedTuple):
         exec(f"{self.start}\n{self.world}", names)
         found: list[list[np.ndarray] | Refused] = []
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)
+            warnings.simplefilter("ignore", UserWarning)  # numbers are compared
             for world in eval(self.worlds, names):
                 try:
                     found.append(numbers(eval(CALLS[self.call], names | world)))

@@ -102,7 +102,7 @@ def _made(names: tuple[str, ...]) -> dict[str, Any]:
     for name in names:
         kind = getattr(gn, name)
         if isinstance(kind, type) and not issubclass(kind, Exception):
-            with suppress(Exception):
+            with suppress(Exception):  # those that need arguments
                 made[name] = kind()
     return made
 

@@ -71,6 +71,7 @@ def test_measurements_on_two_grids(count):
     assert alone.mean() < 0.7  # which is why
 
 
+# Measurements with holes, of which the error is judged.
 @pytest.mark.full
 @pytest.mark.filterwarnings("ignore::gonio.errors.MissingDataWarning", "ignore::gonio.errors.ToleranceWarning")
 def test_measurements_of_all_kinds():

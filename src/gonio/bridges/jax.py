@@ -124,7 +124,7 @@ def _picture(pictures: Pictures, values: tuple[Any, ...]) -> jax.Array:
             return picture, *slopes
 
         counts = (job.channels, *(job.own for _ in by or ()))
-        shapes = tuple(jax.ShapeDtypeStruct((size, size, n), jnp.float32) for n in counts)  # type: ignore[no-untyped-call]
+        shapes = tuple(jax.ShapeDtypeStruct((size, size, n), jnp.float32) for n in counts)  # type: ignore[no-untyped-call]  # JAX's own
         return jax.pure_callback(found, shapes, *values, vmap_method="sequential")
 
     @jax.custom_jvp

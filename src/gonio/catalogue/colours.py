@@ -32,7 +32,7 @@ OBSERVERS = {
 def library() -> Any:
     """colour-science, imported when it is first needed. Raises DependencyError where it is not installed."""
     with warnings.catch_warnings(), np.printoptions():  # it warns of what it lacks, and changes how arrays are printed
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # of what it lacks itself
         try:
             import colour
         except ImportError as error:
@@ -66,7 +66,7 @@ def illuminant(name: str) -> Spectrum:
     daylight = re.fullmatch(r"D(\d{4,5})K?", word)
     if daylight and 4000 <= int(daylight[1]) <= 25000:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+            warnings.simplefilter("ignore")  # the same, where it looks for a table
             table = colour.sd_CIE_illuminant_D_series(colour.temperature.CCT_to_xy_CIE_D(int(daylight[1])))
     else:
         by_word = {key.upper(): key for key in tables}

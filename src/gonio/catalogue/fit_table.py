@@ -123,7 +123,7 @@ def output_file(output: str | os.PathLike[str]) -> Path:
         raise ParameterError(f"output={str(output)!r:.200}: got the suffix {suffix!r}; expected .parquet or .csv")
     if suffix == ".parquet":
         try:
-            import pyarrow.parquet  # noqa: F401
+            import pyarrow.parquet  # noqa: F401  (whether it is there)
         except ImportError as error:
             raise DependencyError(
                 f'{output}: Parquet files need pyarrow ({error}); pip install "gonio[fit]", or write .csv'

@@ -182,8 +182,8 @@ def _albedo_change(
     isotropic = m.is_isotropic() and other.is_isotropic()
     phi = np.full(len(theta), 0.3) if isotropic else 2.0 * math.pi * lattice(len(theta), 1)[:, 0]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MissingDataWarning)
-        warnings.simplefilter("ignore", ToleranceWarning)
+        warnings.simplefilter("ignore", MissingDataWarning)  # both have holes: what both know is compared
+        warnings.simplefilter("ignore", ToleranceWarning)  # the tolerance is tightened where they differ most
         for tolerance in TOLERANCES:
             w = direction(theta, phi)
             before, after = (_albedos(x, w, c, tolerance) for x, c in ((m, of), (other, to)))

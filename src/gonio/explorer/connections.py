@@ -37,7 +37,7 @@ class Connection(H11Protocol):
 
     def data_received(self, data: bytes) -> None:
         super().data_received(data)
-        if self.scope is not None and self.config.app.knows(self.scope):  # type: ignore[union-attr]
+        if self.scope is not None and self.config.app.knows(self.scope):  # type: ignore[union-attr]  # ours, of whatever may be served
             self._strangers.pop(self, None)
         if self.transport.get_protocol() is not self:  # a socket now, or refused
             self._leave()

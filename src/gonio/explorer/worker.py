@@ -82,10 +82,10 @@ def _get_ready(asked: threading.Event) -> None:
     asked.wait()
     while asked.wait(QUIET):
         asked.clear()
-    with contextlib.suppress(Exception):
+    with contextlib.suppress(Exception):  # what fails here fails again, and is told, where it is asked for
         formats()
     for name in USED_BY_FILES:
-        with contextlib.suppress(Exception):  # they may not be installed, which the request that needs them tells
+        with contextlib.suppress(Exception):  # the same: they may not be installed
             importlib.import_module(name)
 
 

@@ -133,7 +133,7 @@ def _axes_of(axes: Any, count: int) -> list[Any]:
 @contextmanager
 def _styled(style: Any = STYLE) -> Iterator[None]:
     with warnings.catch_warnings(), _matplotlib().rc_context(style):
-        warnings.simplefilter("ignore", MissingDataWarning)
+        warnings.simplefilter("ignore", MissingDataWarning)  # a figure shows where there is no data
         yield
 
 

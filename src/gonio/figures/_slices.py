@@ -65,7 +65,7 @@ def one_number(m: Reflectance) -> tuple[Callable[[np.ndarray], np.ndarray], str]
 def _mean(f: np.ndarray) -> np.ndarray:
     """The mean of the channels that have data."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
+        warnings.simplefilter("ignore", RuntimeWarning)  # where no channel has data the mean is NaN
         return np.asarray(np.nanmean(f, axis=-1))
 
 

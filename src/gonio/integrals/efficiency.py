@@ -65,7 +65,7 @@ def sampling_efficiency(m: Reflectance) -> list[Efficiency]:
 
 def _row(theta: float, lobe: str, chosen: float, m: Reflectance, view: np.ndarray) -> Efficiency:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MissingDataWarning)
+        warnings.simplefilter("ignore", MissingDataWarning)  # weights without data count 0 here
         s = m.sample(np.broadcast_to(view, (SAMPLES, 3)), lattice(SAMPLES))
     w = with_channels(np.nan_to_num(s.weight), 1).mean(axis=-1)
     mean, square = float(w.mean()), float((w * w).mean())

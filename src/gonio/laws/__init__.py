@@ -76,7 +76,7 @@ def check(m: Reflectance, progress: Callable[[int, int], None] | None = None, la
     verdicts, notes = [], []
     for done, name in enumerate(names, 1):
         with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore", MissingDataWarning)
+            warnings.simplefilter("ignore", MissingDataWarning)  # verdicts say themselves what had no data
             for outcome in LAWS[name](m):
                 if isinstance(outcome, str):
                     notes.append(outcome)

@@ -160,8 +160,8 @@ def black_sky(m: Any) -> tuple[float, ...]:
     if isinstance(m, Gridded) and m.channel_names is not None:
         m = m.with_table(m.brdf().mean(axis=-1), quantity="brdf", channels=None)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MissingDataWarning)
-        warnings.simplefilter("ignore", ToleranceWarning)
+        warnings.simplefilter("ignore", MissingDataWarning)  # these count as 0, as said above
+        warnings.simplefilter("ignore", ToleranceWarning)  # before and after have the same error
         albedos = integrate(m, direction(np.radians(ALBEDO_AT), 0.0), ALBEDO_TOLERANCE)
     return tuple(map(float, albedos.reshape(len(ALBEDO_AT), -1).mean(axis=-1)))
 

@@ -55,7 +55,7 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
         result["fluorescence"] = _fluorescence(m)
     if computed and not batch.full_shape(m, ()):
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", MissingDataWarning)
+            warnings.simplefilter("ignore", MissingDataWarning)  # the facts say what is missing
             result |= _computed_facts(m)
     return result | _settable_facts(m)
 
@@ -99,7 +99,7 @@ def _totals(m: Reflectance, totals: Sequence[Any]) -> dict[str, Any]:
     shares = np.array([total.shares for total in totals])
     tolerance = max(1e-3 * shares[shares > 0.0].min(initial=1.0), 1e-6)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ToleranceWarning)
+        warnings.simplefilter("ignore", ToleranceWarning)  # what files state has fewer digits
         rho = albedo(m, direction(*at), tolerance=tolerance).reshape(shares.shape)
     theta_i, phi_i = np.degrees(at).round(9).tolist()
     return {"theta_i": theta_i, "phi_i": phi_i, "stated": shares.tolist(), "integral": rho.tolist()}

@@ -306,9 +306,9 @@ def _stacked(found: FitMap) -> np.ndarray:
 
 def _require_dask() -> None:
     try:
-        import cloudpickle  # noqa: F401
-        import dask.array  # noqa: F401
-        import zarr  # noqa: F401
+        import cloudpickle  # noqa: F401  (whether it is there)
+        import dask.array  # noqa: F401  (whether it is there)
+        import zarr  # noqa: F401  (whether it is there)
     except ImportError as error:
         raise DependencyError(
             f'fits of maps in chunks need Dask and Zarr ({error}); pip install "gonio[fit,io]"'

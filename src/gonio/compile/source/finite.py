@@ -106,7 +106,7 @@ def _calculated(g: Graph, operation: str, values: Sequence[float | None]) -> int
     if operation in _CALCULATED:
         result = _CALCULATED[operation](*values)
     elif operation == "div" and values[1] != 0.0:
-        result = values[0] / values[1]  # type: ignore[operator]
+        result = values[0] / values[1]  # type: ignore[operator]  # both are known here
     elif operation in (*UNARY, "power", "minimum", "maximum", "arctan2") and operation != "neg":
         with np.errstate(all="ignore"):
             result = float(getattr(ops, operation)(*map(np.float64, values)))

@@ -221,7 +221,7 @@ def _coding(source: Source) -> tuple[int, int] | None:
     while len(head := source.file.read(8)) == 8:
         length, kind = struct.unpack(">I4s", head)
         if kind == b"cICP" and length == 4:
-            return tuple(source.file.read(2))  # type: ignore[return-value]
+            return tuple(source.file.read(2))  # type: ignore[return-value]  # of two bytes: two numbers
         if kind in (b"IDAT", b"IEND"):
             break
         source.file.seek(length + 4, 1)
