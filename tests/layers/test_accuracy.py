@@ -8,7 +8,8 @@ import pytest
 from libraries import thinned
 
 import gonio as gn
-from gonio.layers.layered import _Lobe, _Rest, _Through
+from gonio.layers.layered import _Lobe
+from gonio.layers.table_lobes import _Rest, _Through
 
 FULL = pytest.mark.full
 DISORT = np.loadtxt(Path(__file__).parent / "disort.tsv", skiprows=2)

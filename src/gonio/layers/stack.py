@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..arrays import Fixed
 from ..base.reflectance import Reflectance, weighed
 from ..base.results import Jacobian
 from ..base.sides import choose
@@ -17,10 +18,13 @@ from ..formula.fields import Param, part
 from ..formula.fields import channels as channel_field
 from ..formula.mueller import Mueller
 from ..formula.state import derived
+from ..formula.table_warp import tables_when_needed
+from ..tables.drawing import KINDS, lobe_tables
 from . import polarized
 from .layer import Interface, Layer, Medium, RoughInterface
-from .layered import _Layered, _Rest, _Table, _Through, turned_over
+from .layered import _Layered
 from .lobes import _Mirrors, _Once, _PassedOnce, _Reflected, _Refracted, _Seen, _Straight, mirroring
+from .table_lobes import _Rest, _Table, _Through, turned_over
 
 
 class Stack(_Layered):
@@ -164,6 +168,16 @@ class Stack(_Layered):
             known[paths] = Stack._made_of(bare.__dict__, {"_kept": bare._keep()})
         found: Stack = known[paths]
         return found
+
+    def _keep(self) -> dict[str, Fixed]:
+        kept = super()._keep()
+
+        def drawn() -> np.ndarray:
+            ways = (self.behind,) if self.sides == "front" else (False, True)
+            rests = [self._as(_Rest, _kept=kept, behind=behind) for behind in ways]
+            return np.concatenate([lobe_tables(rest, False) for rest in rests], axis=1)
+
+        return kept | tables_when_needed(KINDS, drawn)
 
     # Lobes.
 
