@@ -19,11 +19,11 @@ from seeds import SEEDS
 from sweeps import every
 
 import gonio as gn
-from gonio import discover
 from gonio.cli import formats as formats_command
 from gonio.cli import tables
 from gonio.cli.commands import cli
 from gonio.conversion import comparison
+from gonio.declared import discover
 from gonio.errors import NotFoundError, ParameterError, TooLargeError
 from gonio.formats import _options, formats
 from gonio.formats._options import LARGEST, Declared, Option, of_texts, options

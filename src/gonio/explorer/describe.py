@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance, Scaled, Sum
+from ..base.shown_channels import is_rgb, shown_as
 from ..catalogue import builtin
 from ..errors import Error
 from ..evaluate import batch
@@ -20,7 +21,6 @@ from ..formula.fields import Option, Parameter
 from ..formula.parametrised import Parametrised
 from ..report.facts import facts
 from ..report.model_facts import sections, summary
-from ..scenes.rendering import is_rgb, shown_as
 from .shelf import Shelf
 
 WIDE = 50.0

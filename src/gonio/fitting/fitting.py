@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Within, checked
 from ..errors import ParameterError
 from ..evaluate.squares import Squares
 from ..formula.text import listed

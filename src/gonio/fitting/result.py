@@ -12,11 +12,11 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..base.angles import angles
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Within, checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
-from ..notebooks import repr_html
 from .covariance import correlations, spread_of
 from .losses import LOSSES, ROBUST
 from .notes import notes_of

@@ -19,8 +19,8 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.measured import Measured
-from ..cells import decimal_sign, delimiter_of, split
 from ..errors import FormatError, MeaningWarning, ParameterError, warn
+from ..files.cells import decimal_sign, delimiter_of, split
 from ..formula.state import note
 from ..models.lambertian import Lambertian
 from ..tables.angle_systems import ANGLES

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..base.angles import check_angle, numbers_of
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Within, checked
 from ..errors import ParameterError, ToleranceWarning, shown, warn
 from ..evaluate import batch
 from ..formula.state import note

@@ -8,8 +8,8 @@ from typing import Annotated, Any, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ..declared.numbers import NANOMETRES, numbers
 from ..errors import ArrayTypeError, MeaningWarning, ParameterError, ShapeError, TooLargeError, shown, warn
-from ..numbers import NANOMETRES, numbers
 
 Array = NDArray[np.floating[Any]]
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import arguments
+from ..declared import arguments
 from ..errors import ParameterError, ShapeError
 from .checks import (
     _VECTOR,

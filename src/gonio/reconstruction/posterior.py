@@ -10,11 +10,11 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from scipy.special import gammaincc, ndtri
 
-from ..arguments import Within, checked
+from ..declared.arguments import Within, checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
 from ..fitting.samples import Samples, names_of
 from ..integrals.albedo import albedo
-from ..notebooks import repr_html
 from ..tables.gridded import Gridded
 from .reflectance_basis import ReflectanceBasis, Rows
 

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..arrays import ops
 from ..arrays.kinds import SCALAR
 from ..base.angles import check_angle, numbers_of
+from ..declared.arguments import Within, checked
 from ..errors import DirectionError
 from ..evaluate.labelled import takes_labels
 from ..formula.direction import Direction

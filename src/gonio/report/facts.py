@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from ..base.angles import direction
+from ..base.angles import direction, lattice_pairs
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..catalogue import builtin
-from ..conversion.comparison import lattice_pairs
 from ..conversion.conversion import size_of
 from ..errors import MissingDataWarning, ToleranceWarning
 from ..evaluate import batch

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..base.textured import textures
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..formula.text import listed
 from ..pictures.image import Image

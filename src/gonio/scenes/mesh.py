@@ -9,11 +9,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Numbers, Within, checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Numbers, Within, checked
+from ..declared.notebooks import repr_html
+from ..declared.numbers import numbers
 from ..errors import AccessError, ParameterError, ShapeError
-from ..notebooks import repr_html
-from ..numbers import numbers
 from ..rays.triangles import Triangles
 from . import mesh_file
 

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..arrays.kinds import with_channels
 from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..base.results import Sample
+from ..declared.arguments import checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError
 from ..formula.direction import Direction, cross
 from ..formula.mueller import turn_to
 from ..integrals.illumination import check_channels
-from ..notebooks import repr_html
 from ..pictures.colour import LUMINANCE, transformed
 from ..pictures.image import Image
 from ..polarization import analyser, dop

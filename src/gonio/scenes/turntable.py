@@ -10,9 +10,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..base.shown_channels import is_coloured
+from ..declared.arguments import Within, checked
 from ..errors import ParameterError, said_once
 from ..files import target
 from ..integrals.illumination import as_lights
@@ -21,7 +22,7 @@ from ..lights.turned import turned
 from ..pictures.animation import SUFFIXES, save_animation
 from ..pictures.image import Image
 from .camera import FRONT, View, facing
-from .rendering import default_light, is_coloured, render
+from .rendering import default_light, render
 from .scene import Scene
 from .stage import Stage
 

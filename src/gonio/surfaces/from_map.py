@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
+from ..declared.arguments import Within, checked
+from ..declared.numbers import numbers
 from ..errors import Error, FormatError, NotFoundError, ParameterError, TooLargeError
-from ..numbers import numbers
 from ..numerics.filling import filled_in_layers
 from ..pictures.image import read_gray
 from .height_field import MOST, UNITS, HeightField

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
-from ..caches import kept
+from ..declared.arguments import Within, checked
 from ..errors import ParameterError
+from ..machine.caches import kept
 from .height_field import HeightField
 
 SHAPES: dict[str, Callable[[np.ndarray], np.ndarray]] = {

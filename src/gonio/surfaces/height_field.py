@@ -8,10 +8,10 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..arrays import frozen
+from ..declared.arguments import Within, checked
+from ..declared.numbers import numbers
 from ..errors import ParameterError, TooLargeError
-from ..numbers import numbers
 
 STEEPEST = 50.0
 """Root mean square of the slopes of a surface up to which it is taken to be one: 89 degrees."""

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
-from ..arguments import Within, checked
+from ..declared.arguments import Within, checked
 from ..errors import ParameterError
 from .height_field import HeightField
 

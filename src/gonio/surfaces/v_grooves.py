@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ..arguments import Within, checked
+from ..declared.arguments import Within, checked
 from .height_field import HeightField
 
 

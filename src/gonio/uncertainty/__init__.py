@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
+from ..declared.arguments import checked
 from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
 from .functionals import LINEAR, linear, named
 from .quoted import Quoted as Quoted

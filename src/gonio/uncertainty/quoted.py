@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
+from ..declared.arguments import Within, checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError
-from ..notebooks import repr_html
 from .latent import Latent
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ...arguments import checked
 from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...base.textured import require_numbers
+from ...declared.arguments import checked
 from ...errors import DependencyError, ParameterError
 from ...lights.environment import EnvironmentLight
 from ...scenes.camera import View

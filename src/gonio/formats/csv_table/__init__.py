@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from ...cells import DELIMITERS
 from ...errors import Error, FormatError
+from ...files.cells import DELIMITERS
 from ...models.sheet import Sheet
 from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded

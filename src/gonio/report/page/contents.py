@@ -12,6 +12,7 @@ from ...arrays.kinds import with_channels
 from ...base.angles import direction
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance, Scaled, Sum
+from ...base.shown_channels import is_rgb
 from ...catalogue.citations import cite
 from ...errors import ParameterError
 from ...evaluate import batch
@@ -21,7 +22,7 @@ from ...integrals.albedo import albedo, white_sky_albedo
 from ...integrals.fate import fate
 from ...laws import check, summaries
 from ...pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, WHITE, XYZ, rgb_of, srgb_encode
-from ...scenes.rendering import in_daylight, is_rgb
+from ...scenes.rendering import in_daylight
 from ...tables.gridded import Gridded
 from ..facts import ASSUMPTIONS, facts
 from ..model_facts import sections, summary
