@@ -97,12 +97,10 @@ def nearest(
     start = time.perf_counter()
     if output is not None:
         from ..figures._drawing import MOST, check_target
-        from ..scenes.rendering import check
 
         check_target(output)
         if count >= MOST:
             raise ParameterError(f"--count {count}: expected up to {MOST - 1} beside a picture; leave -o out for more")
-        check(size, samples, 0)
     m, sources = options.read_material(material, replaced), options.read_lights(lights)
     with bar("comparing") as progress:
         found = found_near(m, list(among) or None, distance, scale, count, progress)

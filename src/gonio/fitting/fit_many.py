@@ -9,14 +9,15 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ..arrays import ops
 from ..base.identity import File, identity
 from ..base.reflectance import Reflectance
-from ..declared.arguments import Within, checked
+from ..declared.arguments import Seed, checked
 from ..errors import Error, MissingDataWarning, NotFoundError, ParameterError, shown
 from ..formula.text import listed
+from .asked import LossName, RobustName, Starts, ThetaMax
 from .cluster import workers
 from .fit_table import FAILED, FITTED, REFUSED, Row, journal_of, journal_path, output_file, table_of, write
 
@@ -37,13 +38,13 @@ class _Job(NamedTuple):
 def fit_many(
     sources: Any,
     models: Any,
-    loss: str | None = None,
+    loss: LossName | None = None,
     *,
-    robust: str = "none",
+    robust: RobustName = "none",
     per_channel: Any = None,
-    theta_max: Annotated[float, Within(0.0, 0.5 * math.pi)] = 0.5 * math.pi,
-    starts: Annotated[int, Within(1, 10_000)] | None = None,
-    seed: Annotated[int, Within(0, 2**63)] = 0,
+    theta_max: ThetaMax = 0.5 * math.pi,
+    starts: Starts | None = None,
+    seed: Seed = 0,
     output: str | os.PathLike[str] | None = None,
     scheduler: Any = None,
     progress: Callable[[int, int], None] | None = None,

@@ -22,10 +22,10 @@ from ..base.shown_channels import is_rgb, shown_as
 from ..base.textured import require_numbers
 from ..catalogue import builtin
 from ..catalogue.typed import as_typed
-from ..declared.arguments import Within, checked
+from ..declared.arguments import Declared, checked
 from ..declared.contents import WIDTH
 from ..declared.notebooks import repr_html
-from ..errors import Error, NotFoundError, ParameterError, shown, suggestion, visible
+from ..errors import Error, NotFoundError, ParameterError, shown, visible
 from ..evaluate import batch
 from ..formats import formats
 from ..formula.spectrum import Spectrum
@@ -139,9 +139,17 @@ class Matches(list[Match]):
 def nearest(
     m: Reflectance,
     among: Any = None,
-    distance: str = "log",
-    scale: str = "given",
-    count: Annotated[int, Within(1, 1_000_000)] = 10,
+    distance: Annotated[
+        str,
+        Declared(
+            "log, which holds down highlights; cosine, which they rule; cube_root, which sees dark parts too",
+            words=(*DISTANCES,),
+        ),
+    ] = "log",
+    scale: Annotated[
+        str, Declared("given, as they are; or free, each multiplied by the factor that brings it nearest", words=SCALES)
+    ] = "given",
+    count: Annotated[int, Declared("how many are named", 1, 1_000_000)] = 10,
     progress: Callable[[int, int], None] | None = None,
 ) -> Matches:
     r"""The materials most like this one, the nearest first: by default of all built-in ones, `gn.materials()`.
@@ -182,10 +190,6 @@ def nearest(
     >>> print(darker.name, round(darker.factor, 4))
     pink-felt 0.25
     """
-    for name, word, words in (("distance", distance, tuple(DISTANCES)), ("scale", scale, SCALES)):
-        if word not in words:
-            hint = suggestion(word, words)
-            raise ParameterError(f"nearest({name}={shown(word)}): expected one of {', '.join(words)}{hint}")
     own = _seen(m)
     known = int(np.isfinite(own.values).all(axis=1).sum())
     if known < FEWEST:

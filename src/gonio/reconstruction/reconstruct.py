@@ -11,9 +11,11 @@ from typing import Annotated, Any
 from ..base.reflectance import Reflectance
 from ..catalogue import builtin
 from ..catalogue.typed import as_typed
-from ..declared.arguments import Within, checked
+from ..declared.arguments import Declared, Seed, checked
 from ..errors import ParameterError, shown
+from ..fitting.asked import ThetaMax
 from ..fitting.samples import samples
+from .planning.asked import Floor, Noise
 from .planning.directions import MOST, check_noise
 from .planning.goniometer import Goniometer
 from .planning.table_plan import TablePlan, planned_table
@@ -24,11 +26,13 @@ from .reflectance_basis import COMPONENTS, DEPARTURE, OFFSET, ReflectanceBasis, 
 @checked
 def reflectance_basis(
     materials: Any = None,
-    components: Annotated[int, Within(1, 80)] = COMPONENTS,
+    components: Annotated[int, Declared("how many components, at most", 1, 80)] = COMPONENTS,
     *,
     resolution: Sequence[int] | None = None,
-    offset: Annotated[float, Within(1e-12, 1.0)] = OFFSET,
-    departure: Annotated[float, Within(0.0, 10.0)] = DEPARTURE,
+    offset: Annotated[float, Declared("values below it are alike", 1e-12, 1.0, "1/sr")] = OFFSET,
+    departure: Annotated[
+        float, Declared("standard deviation of ln f of real materials from all of the basis", 0.0, 10.0)
+    ] = DEPARTURE,
 ) -> ReflectanceBasis:
     """What isotropic materials have in common: the mean and the principal components of ln(f + offset) of their f.
 
@@ -70,9 +74,9 @@ def reconstruct(
     data: Any,
     basis: ReflectanceBasis | None = None,
     *,
-    noise: float = 0.01,
-    floor: float = 0.0,
-    theta_max: Annotated[float, Within(0.0, 0.5 * math.pi)] = 0.5 * math.pi,
+    noise: Noise = 0.01,
+    floor: Floor = 0.0,
+    theta_max: ThetaMax = 0.5 * math.pi,
 ) -> Reconstruction:
     """The whole isotropic BRDF from values at few pairs of directions, with its uncertainty.
 
@@ -120,16 +124,16 @@ def reconstruct(
 
 @checked
 def plan_table(
-    n: Annotated[int, Within(1, MOST)],
+    n: Annotated[int, Declared("how many pairs of directions", 1, MOST)],
     basis: ReflectanceBasis | None = None,
     *,
     goniometer: Goniometer | None = None,
-    noise: float = 0.01,
-    floor: float = 0.0,
+    noise: Noise = 0.01,
+    floor: Floor = 0.0,
     measured: Any = None,
     candidates: Any = None,
-    starts: Annotated[int, Within(1, 1000)] = 2,
-    seed: Annotated[int, Within(0, 2**63)] = 0,
+    starts: Annotated[int, Declared("random sets of pairs to begin from", 1, 1000)] = 2,
+    seed: Seed = 0,
 ) -> TablePlan:
     """The n pairs of directions from which `reconstruct` makes the best table of an unknown isotropic material.
 

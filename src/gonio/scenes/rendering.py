@@ -15,7 +15,7 @@ from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_coloured, shown_as
 from ..base.under_light import glow
-from ..declared.arguments import checked
+from ..declared.arguments import Seed, checked
 from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..evaluate import batch
 from ..evaluate.computation import composite
@@ -28,6 +28,7 @@ from ..pictures.colour import LUMINANCE, daylight, light_to_rgb, transformed
 from ..pictures.image import Image
 from . import by_arrays
 from ._bodies import Solid
+from .asked import Backdrop, PixelNoise, Samples, Size
 from .camera import View
 from .estimator import FRONTS
 from .left_out import tell
@@ -56,16 +57,16 @@ def render(
     m: Reflectance | Scene,
     lights: Light | Iterable[Light] | None = None,
     shape: Any = "sphere",
-    size: int = 512,
-    samples: int | None = None,
-    seed: int = 0,
+    size: Size = 512,
+    samples: Samples | None = None,
+    seed: Seed = 0,
     progress: Callable[[int, int], None] | None = None,
     bands: Any = None,
-    noise: float | None = None,
+    noise: PixelNoise | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     camera: View | None = None,
     ground: Reflectance | None = None,
-    backdrop: bool = False,
+    backdrop: Backdrop = False,
 ) -> Image:
     """A square picture of a lit shape, in linear RGB (or gray), with coverage as straight alpha: `pixels` are means
     over the covered part of a pixel (`premultiplied` is False), and before black the picture is `light`, their product
@@ -113,9 +114,6 @@ def render(
     (16, 16, 3) (16, 16)
     """
     wanted = most_samples(samples, noise)
-    check(size, wanted, seed)
-    if noise is not None and not (isinstance(noise, (int, float)) and 0.0 < noise < math.inf):
-        raise ParameterError(f"noise={noise!r}: expected a positive number, a share of the mean radiance, or None")
     stage, materials = _staged(m, shape, camera, ground, backdrop)
     tell("render", stage, materials, m if isinstance(m, Scene) else shape)
     if all(x.sides == "front" for x in materials):
@@ -252,15 +250,6 @@ def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, bands: Any
         raise ShapeError(f"render: {place} is a map of shape {maps}, with channels last; {rule}; {cure}")
     given = as_lights(default_light(m, bands) if lights is None else lights)
     return [light.in_numpy() for light in at_wavelengths(given, m)], any(map(has_spectra, given))
-
-
-def check(size: int, samples: int, seed: int) -> None:
-    """Raises ParameterError for arguments that no picture has."""
-    for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
-        if not (isinstance(value, (int, np.integer)) and 1 <= value <= high):
-            raise ParameterError(f"{name}={value!r}: expected a whole number from 1 to {high}")
-    if not (isinstance(seed, (int, np.integer)) and seed >= 0):
-        raise ParameterError(f"seed={seed!r}: expected a whole number from 0")
 
 
 def default_light(m: Reflectance, bands: Sequence[str | float] | None = None) -> EnvironmentLight:

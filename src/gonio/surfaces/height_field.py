@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 
 from ..arrays import frozen
-from ..declared.arguments import Within, checked
+from ..declared.arguments import Declared, checked
 from ..declared.numbers import numbers
 from ..errors import ParameterError, TooLargeError
 
@@ -52,7 +52,10 @@ class HeightField:
         cell: tuple[float, float] = (1.0, 1.0),
         *,
         unit: str = "",
-        turn: Annotated[float, Within(0.0, 2.0 * math.pi)] = 2.0 * math.pi,
+        turn: Annotated[
+            float,
+            Declared("after which the surface is the same, statistically: 0 any, isotropic", 0.0, 2.0 * math.pi, "rad"),
+        ] = 2.0 * math.pi,
         again: Callable[..., HeightField] | None = None,
         seed: int = 0,
         is_part: bool = False,

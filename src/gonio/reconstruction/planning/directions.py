@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.angles import angles
 from ...base.reflectance import Reflectance
-from ...declared.arguments import Within, checked
+from ...declared.arguments import Declared, Seed, checked
 from ...errors import ParameterError, ShapeError, TraceError, shown
 from ...fitting.covariance import NOTHING, PART, correlations
 from ...fitting.problem import Problem
@@ -18,6 +18,7 @@ from ...fitting.result import Fit
 from ...fitting.samples import Samples, real, samples, suspected_lengths
 from ...fitting.unknowns import Unknowns, unknowns
 from ...formula.text import listed
+from .asked import Floor, Noise
 from .exchange import Information, best_choice, covariance_of, goodness_of
 from .goniometer import Goniometer
 from .misfit import ERRORS, smooth_errors
@@ -33,20 +34,28 @@ FAINT = 1e-3
 @checked
 def plan(
     model: Reflectance | Sequence[Reflectance],
-    n: Annotated[int, Within(1, MOST)],
-    criterion: str = "D",
+    n: Annotated[int, Declared("how many pairs of directions", 1, MOST)],
+    criterion: Annotated[
+        str,
+        Declared(
+            "D, least determinant of the covariance; or A, least sum of squares of the relative errors",
+            words=(*CRITERIA,),
+        ),
+    ] = "D",
     *,
     goniometer: Goniometer | None = None,
-    noise: float = 0.01,
-    floor: float = 0.0,
-    misfit: Annotated[float, Within(0.0, 100.0)] = 0.0,
-    by: Iterable[str] | None = None,
+    noise: Noise = 0.01,
+    floor: Floor = 0.0,
+    misfit: Annotated[
+        float, Declared("standard error of the model itself, smooth in the angles", 0.0, 1.0, "share")
+    ] = 0.0,
+    by: Annotated[Iterable[str], Declared("parameters that will be fitted, all without it")] | None = None,
     per_channel: bool | Iterable[str] | None = None,
-    repeats: bool = False,
+    repeats: Annotated[bool, Declared("a pair of directions may be taken more than once")] = False,
     measured: Any = None,
     candidates: Any = None,
-    starts: Annotated[int, Within(1, 10_000)] = 8,
-    seed: Annotated[int, Within(0, 2**63)] = 0,
+    starts: Annotated[int, Declared("random sets of pairs to begin from", 1, 10_000)] = 8,
+    seed: Seed = 0,
 ) -> Plan:
     """The n pairs of directions that a goniometer can set, of which f tells most about the numbers of a model.
 
@@ -87,13 +96,7 @@ def plan(
     models = [model] if isinstance(model, Reflectance) else list(model)
     if not models:
         raise ParameterError("model: got no models; expected one, or several of one structure")
-    if criterion not in CRITERIA:
-        raise ParameterError(f"criterion={criterion!r:.60}: expected one of {listed([*CRITERIA])}")
     check_noise(noise, floor)
-    if misfit > 1.0:
-        raise ParameterError(
-            f"misfit={misfit:g}: expected a relative error from 0 to 1; {misfit:g} % is {misfit / 100.0:g}"
-        )
     if isinstance(measured, Fit) and by is None and per_channel is None:
         fitted = measured.problem.unknowns
         by = [f.path for f in fitted.free]
@@ -161,13 +164,9 @@ def plan(
 
 
 def check_noise(noise: float, floor: float) -> None:
-    """Raises ParameterError for what is no relative and absolute noise."""
-    if not 0.0 <= noise < 1.0 or not 0.0 <= floor < math.inf or not noise + floor > 0.0:
-        percent = f"; in percent? {noise:g} % is {noise / 100.0:g}" if 1.0 <= noise <= 100.0 else ""
-        raise ParameterError(
-            f"noise={noise:g}, floor={floor:g}: expected a relative noise from 0 to 1 and a floor [1/sr] from 0, one "
-            f"of them above 0{percent}"
-        )
+    """Raises ParameterError where values would be exact."""
+    if not noise + floor > 0.0:
+        raise ParameterError(f"noise={noise:g}, floor={floor:g}: expected one of them above 0")
 
 
 def _unknowns(m: Reflectance, first: Reflectance, by: Any, per_channel: Any) -> Unknowns:

@@ -4,32 +4,43 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
 from ...base.angles import direction
-from ...declared.arguments import checked
+from ...declared.arguments import ABOVE_ZERO, Declared, check_fields, checked
 from ...declared.notebooks import repr_html
-from ...errors import ParameterError, TooLargeError, shown
+from ...errors import ParameterError, TooLargeError
 from ...numerics.unique_rows import unique_rows
+
+TURN = (-2.0 * math.pi, 2.0 * math.pi, "rad")
+"""Bounds of azimuths."""
+
+POLAR, STEP = (0.0, math.radians(75.0)), math.radians(2.5)
+"""Usual range of polar angles, and their step."""
 
 MOST = 2_000_000
 """Pairs of directions that a goniometer may have to choose from."""
+
+PolarRange = Annotated[tuple[float, float], Declared("least and largest polar angle", 0.0, 0.5 * math.pi, "rad")]
+Azimuths = Annotated[
+    tuple[float, float],
+    Declared("least and largest azimuth of the detector from the light's; pi is forwards, as in a mirror", *TURN),
+]
+OwnAzimuths = Annotated[
+    tuple[float, float],
+    Declared("of the light's own azimuth; without it 0 for isotropic materials, else 0 to pi", *TURN),
+]
+StepAngle = Annotated[float, Declared("between these angles", ABOVE_ZERO, math.pi, "rad")]
+Shadow = Annotated[
+    float, Declared("least angle between light and detector, where the one hides the other", 0.0, 0.25 * math.pi, "rad")
+]
 
 
 @dataclass(frozen=True)
 class Goniometer:
     """Limits of an instrument, from which pairs of directions are chosen: regular steps between them.
-
-    theta_i, theta_o   least and largest polar angle of light and detector
-    phi                least and largest azimuth of the detector from that of the light; pi is forwards, as in a mirror
-    phi_i              least and largest azimuth of the light. Without it 0 for isotropic materials, for which it means
-                       nothing, else 0 to pi
-    step_theta         step of polar angles
-    step_phi           step of azimuths
-    in_plane           only the plane of incidence: phi of 0 and pi
-    least_angle        least angle between light and detector, where the one hides the other
 
     Units    rad.
 
@@ -42,32 +53,25 @@ class Goniometer:
 
     _repr_html_ = repr_html
 
-    theta_i: tuple[float, float] = (0.0, math.radians(75.0))
-    theta_o: tuple[float, float] = (0.0, math.radians(75.0))
-    phi: tuple[float, float] = (0.0, math.pi)
-    phi_i: tuple[float, float] | None = None
-    step_theta: float = math.radians(2.5)
-    step_phi: float = math.radians(5.0)
-    in_plane: bool = False
-    least_angle: float = math.radians(5.0)
+    theta_i: PolarRange = POLAR
+    theta_o: PolarRange = POLAR
+    phi: Azimuths = (0.0, math.pi)
+    phi_i: OwnAzimuths | None = None
+    step_theta: StepAngle = STEP
+    step_phi: StepAngle = 2.0 * STEP
+    in_plane: Annotated[bool, Declared("only the plane of incidence: phi of 0 and pi")] = False
+    least_angle: Shadow = 2.0 * STEP
 
     def __post_init__(self) -> None:
-        if not isinstance(self.in_plane, (bool, np.bool_)):
-            raise ParameterError(f"Goniometer(in_plane={shown(self.in_plane)}): expected True or False")
-        for name in ("theta_i", "theta_o"):
-            object.__setattr__(self, name, _range(name, getattr(self, name), 0.0, 0.5 * math.pi))
-        object.__setattr__(self, "phi", _range("phi", self.phi, -2.0 * math.pi, 2.0 * math.pi))
-        if self.phi_i is not None:
-            object.__setattr__(self, "phi_i", _range("phi_i", self.phi_i, -2.0 * math.pi, 2.0 * math.pi))
+        check_fields(self)
+        for name in ("theta_i", "theta_o", "phi", "phi_i"):
+            limits = getattr(self, name)
+            if limits is not None and limits[0] > limits[1]:
+                raise ParameterError(f"Goniometer({name}={limits}): expected the least angle first, then the largest")
         for name in ("step_theta", "step_phi"):
-            step = _number(name, getattr(self, name))
-            if not 0.0 < step <= math.pi or step == round(step):
-                raise _refused(name, step, "a step [rad] above 0, such as numpy.radians(5)")
-            object.__setattr__(self, name, step)
-        least = _number("least_angle", self.least_angle)
-        if not 0.0 <= least < 0.25 * math.pi:
-            raise _refused("least_angle", least, "an angle [rad] from 0 to pi/4")
-        object.__setattr__(self, "least_angle", least)
+            if (step := getattr(self, name)).is_integer():
+                instead = f"in degrees? numpy.radians({step:g}) = {math.radians(step):.4g}"
+                raise ParameterError(f"Goniometer({name}={step:g}): expected no whole number of radians; {instead}")
 
     @checked
     def pairs(self, isotropic: bool = True) -> tuple[np.ndarray, np.ndarray]:
@@ -121,38 +125,6 @@ class Goniometer:
             if x is not None
         ]
         return f"goniometer, {', '.join(parts)} degrees{', in plane' if self.in_plane else ''}"
-
-
-def _number(name: str, value: Any) -> float:
-    try:
-        number = float(value) if not isinstance(value, (str, bytes)) else math.nan
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise ParameterError(f"Goniometer({name}={shown(value)}): expected a number [rad]")
-    return number
-
-
-def _range(name: str, value: Any, low: float, high: float) -> tuple[float, float]:
-    """A range of angles within bounds."""
-    try:
-        first, last = value
-    except (TypeError, ValueError):
-        raise ParameterError(
-            f"Goniometer({name}={shown(value)}): expected two angles [rad], (least, largest)"
-        ) from None
-    limits = _number(name, first), _number(name, last)
-    for x in limits:
-        if not low - 1e-9 <= x <= high + 1e-9:
-            raise _refused(name, x, f"angles [rad] from {low:.4g} to {high:.4g}")
-    if limits[0] > limits[1]:
-        raise ParameterError(f"Goniometer({name}={shown(value)}): expected the least angle first, then the largest")
-    return limits
-
-
-def _refused(name: str, x: float, expected: str) -> ParameterError:
-    degrees = f"; in degrees? numpy.radians({x:g}) = {math.radians(x):.4g}" if x >= 1.0 else ""
-    return ParameterError(f"Goniometer({name}={x:g}): expected {expected}{degrees}")
 
 
 def _steps(limits: tuple[float, float], step: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Angles as people type them: a number, or a number with its unit, as 8deg, 8° and 0.14rad."""
+"""Numbers and angles as people type them: an angle is a number, or has its unit, as 8deg, 8° and 0.14rad."""
 
 from __future__ import annotations
 
@@ -17,7 +17,19 @@ UNITS = {
 }
 """Units -> how many degrees they are."""
 
+_WHOLE = re.compile(r"\d{1,15}", re.ASCII)
+_NUMBER = re.compile(r"[-+]?(?:(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan)", re.ASCII | re.IGNORECASE)
 _TYPED = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)\s*([a-z°]*)\s*", re.IGNORECASE | re.ASCII)
+
+
+def is_number(token: str) -> bool:
+    """Whether a word is a number; nan and inf are; "1_0" and digits of other scripts, which float() takes, are not."""
+    return _NUMBER.fullmatch(token) is not None
+
+
+def is_whole(token: str) -> bool:
+    """Whether a word is a whole number, of at most 15 of the digits 0 to 9."""
+    return _WHOLE.fullmatch(token) is not None
 
 
 def typed_angle(text: str) -> tuple[float, str]:
