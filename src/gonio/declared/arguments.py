@@ -134,7 +134,7 @@ class Argument(NamedTuple):
         for kind in self.kinds:
             with suppress(*UNFIT):
                 return _fit(kind, value, self.declared)
-        advice = _suspected(value, self.declared) + advice
+        advice = suspected(value, self.declared) + advice
         given = f"{of}({self.name}={shown(value)})" if of else f"{self.name}={shown(value)}"
         raise ParameterError(f"{given}: expected {self.expected}: {self.declared.doc}{advice}")
 
@@ -326,7 +326,8 @@ def _number(kind: type, value: Any, d: Declared | None) -> Any:
 def _items(value: Any, d: Declared | None = None) -> list[Any]:
     """The items of something that has several, where it is declared a list, a tuple or an array; else itself."""
     if hasattr(value, "__array__"):
-        return list(value if d is None else numbers(value).tolist()) if np.ndim(value) else [value]
+        array = value if isinstance(value, np.ndarray) else numbers(value)
+        return list(value if d is None else array.tolist()) if array.ndim else [value]
     kinds = Iterable if d is None else (list, tuple, range)
     return list(value) if isinstance(value, kinds) and not isinstance(value, (str, bytes, Mapping)) else [value]
 
@@ -361,7 +362,7 @@ def _words(kind: Any, d: Declared | None = None) -> str:
     if hasattr(kind, "__metadata__"):
         declared = d or next((x for x in kind.__metadata__ if isinstance(x, Declared)), None)
         if _Real in kind.__metadata__:
-            return "numbers" if declared is None else f"numbers{_bounds(declared)}"
+            return "numbers" if declared is None else f"numbers{bounds(declared)}"
         return _words(inner[0], declared)
     origin = typing.get_origin(kind)
     if origin is os.PathLike:
@@ -380,7 +381,7 @@ def _words(kind: Any, d: Declared | None = None) -> str:
         return " or ".join(map(repr, d.words)) if len(d.words) < 3 else f"one of {', '.join(map(repr, d.words))}"
     article = "an" if kind.__name__[0] in "AEIOU" else "a"
     noun = NOUNS.get(kind) or str(getattr(kind, "noun", f"{article} {kind.__name__}"))
-    return noun if d is None or kind not in (int, float) else f"{noun}{_bounds(d)}"
+    return noun if d is None or kind not in (int, float) else f"{noun}{bounds(d)}"
 
 
 def _several(origin: type, inner: tuple[Any, ...], d: Declared | None) -> str:
@@ -399,7 +400,8 @@ def _several(origin: type, inner: tuple[Any, ...], d: Declared | None) -> str:
     return f"{lengths} {several}" if lengths else f"{several}, rising" if d.rising else several
 
 
-def _bounds(d: Declared) -> str:
+def bounds(d: Declared) -> str:
+    """Bounds, unit and divisor in words: " from 0 to 90 degrees"."""
     multiple = f", a multiple of {d.multiple}" if d.multiple > 1 else ""
     unit = "" if d.unit in ("", "share") else f"{'' if d.unit == '%' else ' '}{d.unit}"
     return f"{_between(d.low, d.high)}{unit}{multiple}"
@@ -429,12 +431,12 @@ def _declared(kind: Any) -> Declared | None:
 def _advice(kind: Any, value: Any) -> str:
     """What an argument means, and what to write in the place of a value that does not fit."""
     if (declared := _declared(kind)) is not None:
-        return f": {declared.doc}{_suspected(value, declared)}"
+        return f": {declared.doc}{suspected(value, declared)}"
     advice = [instead(value) for of in _alternatives(kind) if (instead := getattr(of, "instead", None)) is not None]
     return f"; {advice[0]}" if advice else ""
 
 
-def _suspected(value: Any, d: Declared) -> str:
+def suspected(value: Any, d: Declared) -> str:
     """What a value beyond its bounds may have been meant as: another word, degrees for radians, percent for a share."""
     if d.words and isinstance(value, str):
         return suggestion(value[:60], list(map(str, d.words)))
