@@ -326,7 +326,7 @@ def _number(kind: type, value: Any, d: Declared | None) -> Any:
 def _items(value: Any, d: Declared | None = None) -> list[Any]:
     """The items of something that has several, where it is declared a list, a tuple or an array; else itself."""
     if hasattr(value, "__array__"):
-        array = value if isinstance(value, np.ndarray) else numbers(value)
+        array = value if isinstance(value, np.ndarray) and d is None else numbers(value)
         return list(value if d is None else array.tolist()) if array.ndim else [value]
     kinds = Iterable if d is None else (list, tuple, range)
     return list(value) if isinstance(value, kinds) and not isinstance(value, (str, bytes, Mapping)) else [value]
