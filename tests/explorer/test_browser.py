@@ -415,3 +415,20 @@ def test_values_of_the_browser_are_those_of_python(open_page, folder, materials)
         expected = expected[is_clear]
         near_zero = 1e-6 * abs(expected).max()  # tables interpolate in float32
         np.testing.assert_allclose(np.array(found, float)[is_clear], expected, rtol=1e-4, atol=near_zero, err_msg=text)
+
+
+def test_a_public_function_is_a_form(open_page):
+    page = open_page()
+    page.get_by_role("button", name="Ask").click()
+    page.get_by_test_id("ask-function").select_option("black_sky_albedo")
+    page.get_by_test_id("ask-theta").fill("45")
+    page.get_by_test_id("ask-go").click()
+    expected = gn.black_sky_albedo(gn.material("gold"), np.radians(45.0))
+    sync_api.expect(page.get_by_test_id("ask-result")).to_contain_text("[", timeout=PATIENCE)
+    found = page.get_by_test_id("ask-result").inner_text().strip("[]").split()
+    np.testing.assert_allclose(np.array(found, float), expected, atol=1e-5)
+    page.get_by_test_id("ask-theta").fill("95")
+    page.get_by_test_id("ask-theta").press("Enter")
+    sync_api.expect(page.get_by_test_id("ask-result")).to_contain_text(
+        "theta '95': expected numbers from 0 to 90 degrees", timeout=PATIENCE
+    )

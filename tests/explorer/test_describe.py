@@ -134,7 +134,7 @@ def test_names_are_everything_a_page_offers():
 def test_data_are_f_in_the_plane_of_incidence():
     shelf = Shelf()
     text = "Microfacet(GGX(0.3))"
-    lines = calls.data(shelf, text, {"alpha": 0.2}, 30.0, 40.0)["csv"].splitlines()
+    lines = calls.data(shelf, text, 30.0, {"alpha": 0.2}, 40.0)["csv"].splitlines()
     rows = [line for line in lines if not line.startswith("#")]
     assert rows[0] == "theta_o_deg,f" and any("1/sr" in line for line in lines)
     table = np.array([[float(x) for x in row.split(",")] for row in rows[1:]])
@@ -149,7 +149,7 @@ def test_check_fit_and_albedo():
     found = calls.check(shelf, "OriginalPhong(0.2)", {})
     assert not found["ok"] and {row["verdict"] for row in found["rows"]} >= {"pass", "breaks"}
     json.dumps(messages.in_base64(found), allow_nan=False)
-    fitted = calls.fit(shelf, "Lambertian(0.3)", {}, "Lambertian(0.5)")
+    fitted = calls.fit(shelf, "Lambertian(0.3)", "Lambertian(0.5)")
     assert fitted["numbers"][0]["name"] == "rho" and fitted["numbers"][0]["value"] == pytest.approx(0.3)
     assert fitted["material"]["text"] == fitted["expression"]
     albedo = calls.albedo(shelf, "Lambertian([0.3, 0.4])", {})

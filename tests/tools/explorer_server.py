@@ -49,19 +49,17 @@ def slow(shelf):
     time.sleep(3.0)
     return {}
 
-calls.CALLS.update(crash=crash, hang=hang, exhaust=exhaust, slow=slow)
+calls.CALLS.update({f.__name__: calls.Call(f, 1.0) for f in (crash, hang, exhaust)}, slow=calls.Call(slow, 60.0))
 """
 
 
 def main() -> None:
     """The command line, with this page and these calls."""
     from gonio.cli.commands import main as command_line
-    from gonio.explorer import connections, messages, page, process
+    from gonio.explorer import connections, page, process
 
     files = {name: page.File(text.encode(), page.TYPES[Path(name).suffix]) for name, text in PAGE.items()}
     page.files = lambda: files
-    messages.CALLS.update({name: messages.Call(1.0, {}) for name in ("crash", "hang", "exhaust")})
-    messages.CALLS["slow"] = messages.Call(60.0, {})
     connections.PATIENCE = 2.0
     python, unsafe, code, text = process.command()
     process.command = lambda: [python, unsafe, code, f"exec({MORE_CALLS!r}); {text}"]

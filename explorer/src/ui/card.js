@@ -1,4 +1,5 @@
 import { button, element, labelled, select } from "../dom.js";
+import { askDialog } from "./ask.js";
 import { exportMenu } from "./export.js";
 import { rangeControl } from "./range.js";
 
@@ -31,6 +32,7 @@ export function card(app, material) {
       {},
       button("Check", () => app.open("laws"), { title: "Verify the laws of physics" }),
       button("Fit", () => app.open("fit"), { title: "Fit a model to it" }),
+      app.offline ? null : button("Ask", () => askDialog(app, material).catch((error) => app.errors.show(error)), { title: "Any function of gonio that is asked of a material" }),
       exportMenu(app, material),
       Object.keys(material.entry.replaced).length ? button("Reset", () => app.reset(material), { class: "quiet", title: "Numbers as they were" }) : null,
     ),

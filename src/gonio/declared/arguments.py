@@ -49,6 +49,7 @@ NOUNS: dict[Any, str] = {
     dict: "a JSON object",
     Path: "a file name",
     os.PathLike: "a path",
+    "direction": "a unit vector, typed as its polar angle and azimuth in degrees, such as 45,0",
     Callable: "a function",
     datetime.date: "a date",
 }
@@ -65,11 +66,13 @@ class Declared(NamedTuple):
     """The meaning and the bounds of an argument, in `Annotated[type, Declared(...)]`.
 
     low, high   bounds of every number, in the `unit`
-    unit        "rad" is typed in degrees on the command line, "share" (a part of 1) in %
+    unit        "rad" is typed in degrees on the command line, "share" (a part of 1) in %, and "direction" as its
+                polar angle and azimuth
     words       the only values; text in any case
     lengths     of a Sequence of node counts, one for each axis of a grid, which must fit into memory
     multiple    divisor of whole numbers
     rising      whether a Sequence increases
+    longest     characters of a word, items of a list or a mapping; a text of more than 1000 characters may have lines
     usual       the meaning of a default of None
     """
 
@@ -81,6 +84,7 @@ class Declared(NamedTuple):
     lengths: tuple[int, ...] = ()
     multiple: int = 1
     rising: bool = False
+    longest: int = 0
     usual: Any = None
 
     @property
@@ -127,6 +131,16 @@ class Argument(NamedTuple):
         value = self.declared.usual if self.default is None else self.default
         return "" if value is inspect.Parameter.empty else _typed(value, self.declared.unit)
 
+    @property
+    def words(self) -> list[str]:
+        """The only values, where there are a few."""
+        return [str(word).lower() for word in self.declared.words or ((True, False) if self.kinds == (bool,) else ())]
+
+    @property
+    def is_typed(self) -> bool:
+        """Whether people can type its values, and none of them names a file."""
+        return bool(self.words) or all(_scalar(kind) in (int, float, Any) for kind in self.kinds)
+
     def checked(self, value: Any, advice: str = "", of: str = "") -> Any:
         """The value, converted. Raises ParameterError, with the call of a function `of` this name."""
         if value is None and self.default is None:
@@ -149,24 +163,24 @@ class Argument(NamedTuple):
                 return _fit(kind, value, self.declared)
         return value
 
+    def checked_text(self, text: str, of: str = "") -> Any:
+        """The value of what was typed. Raises ParameterError, in the units of the command line."""
+        for kind in self.kinds:
+            with suppress(*UNFIT):
+                return _fit(kind, _of_text(kind, text, self.declared), self.declared)
+        raise ParameterError(f"{of or self.name} {text!r:.60}: expected {self.expected_typed}: {self.declared.doc}")
+
     def to_json(self) -> dict[str, str]:
         return {"expected": self.expected, "default": self.usual, "doc": self.declared.doc}
 
 
 @functools.cache
 def arguments(function: Callable) -> dict[str, Argument]:
-    """The declared arguments of a function, or of the constructor of a class, by name.
-
-    Raises ParameterError for a signature with types that cannot be read.
-    """
-    try:
-        signed = inspect.unwrap(vars(function)["__init__"] if isinstance(function, type) else function)
-        hints = typing.get_type_hints(signed, include_extras=True)
-    except (NameError, TypeError, SyntaxError) as error:
-        where = f"{function.__module__}.{function.__name__}"
-        raise ParameterError(f"{where}: a type in its signature cannot be read: {error}; import its name") from None
-    found = {p.name: _argument(p, hints.get(p.name)) for p in inspect.signature(function).parameters.values()}
-    return {name: argument for name, argument in found.items() if argument is not None}
+    """The declared arguments of a function, or of the constructor of a class, by name."""
+    signed = inspect.unwrap(vars(function)["__init__"] if isinstance(function, type) else function)
+    parameters = inspect.signature(function).parameters.values()
+    found = [_argument(p, _kind(p.annotation, signed.__globals__)) for p in parameters]
+    return {argument.name: argument for argument in found if argument is not None}
 
 
 def check_fields(value: Any) -> None:
@@ -188,7 +202,7 @@ def _argument(parameter: inspect.Parameter, hint: Any) -> Argument | None:
 def _alternatives(kind: Any) -> tuple[Any, ...]:
     """The kinds of `Annotated[A | B, ...]` and of `A | B`, else the kind alone."""
     inner = typing.get_args(kind)[0] if hasattr(kind, "__metadata__") and _Real not in kind.__metadata__ else kind
-    return typing.get_args(inner) if typing.get_origin(inner) in (UnionType, typing.Union) else (kind,)
+    return typing.get_args(inner) if typing.get_origin(inner) in (UnionType, typing.Union) else (inner,)
 
 
 def checked(function: F) -> F:
@@ -260,9 +274,9 @@ def _fit(kind: Any, value: Any, d: Declared | None = None) -> Any:
     if origin is tuple:
         return tuple(_fit(of, x, d) for of, x in zip(inner, _items(value, d), strict=True))
     if origin is not None and issubclass(origin, Mapping):
-        if not isinstance(value, Mapping):
+        if not isinstance(value, Mapping) or (d is not None and d.longest and len(value) > d.longest):
             raise TypeError
-        return {_fit(inner[0], name): _fit(inner[1], x, d) for name, x in value.items()}
+        return {_fit(inner[0], name): _fit(inner[1], x) for name, x in value.items()}
     if origin is not None:
         if isinstance(value, str) and issubclass(origin, Sequence) and d is None:
             return _fit(inner[0], value)  # a sequence of letters, too: the function says what it means
@@ -283,7 +297,10 @@ def _plain(value: Any, d: Declared | None) -> Any:
     if isinstance(value, str) and d is not None:
         if d.words:
             return {word.lower(): word for word in d.words}[value.lower()]
-        if not value.isprintable() or len(value) > LONGEST:
+        longest = d.longest or LONGEST
+        if len(value) > longest or not (value if longest <= LONGEST else "".join(value.split())).isprintable():
+            raise ValueError
+        if d.longest and not value.strip():
             raise ValueError
     if type(value) is dict:
         json.dumps(value, ensure_ascii=False, allow_nan=False).encode()
@@ -294,7 +311,7 @@ def _counted(values: list[Any], d: Declared | None) -> Sequence[Any]:
     """A list; a declared one is a tuple, not empty, of one of its lengths, rising if that is asked."""
     if d is None:
         return values
-    fitting = len(values) in d.lengths if d.lengths else len(values) > 0
+    fitting = len(values) in d.lengths if d.lengths else 0 < len(values) <= (d.longest or len(values))
     if not fitting or (d.rising and not all(a < b for a, b in pairwise(values))):
         raise ValueError
     return tuple(values)
@@ -337,6 +354,13 @@ def _of_text(kind: Any, text: str, d: Declared) -> Any:
     inner = typing.get_args(kind)
     if hasattr(kind, "__metadata__"):
         return _of_text(inner[0], text, next((x for x in kind.__metadata__ if isinstance(x, Declared)), d))
+    if kind is Any and d.unit == "direction":
+        theta, phi = map(math.radians, all_in_degrees(text))
+        return np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
+    if kind is Any:
+        values = _of_text(Sequence[float], text, d)
+        _within(np.array(values, dtype=float), d)
+        return values[0] if len(values) == 1 else values
     if inner:
         text = text.removesuffix(",")
         if d.unit == "rad":
@@ -372,14 +396,17 @@ def _words(kind: Any, d: Declared | None = None) -> str:
     if origin is Callable or kind is Callable:
         return NOUNS[Callable]
     if origin is not None and issubclass(origin, Mapping):
-        return f"a dictionary from {_words(inner[0])} to {_words(inner[1], d)}"
+        most = f", at most {d.longest}" if d is not None and d.longest else ""
+        return f"a dictionary from {_words(inner[0])} to {_words(inner[1])}{most}"
     if origin is not None:
         return _several(origin, inner, d)
     if kind is Any:
-        return "anything"
+        return "anything" if d is None else NOUNS[d.unit] if d.unit in NOUNS else f"numbers{bounds(d)}"
     if d is not None and d.words and kind in (str, int):
         return " or ".join(map(repr, d.words)) if len(d.words) < 3 else f"one of {', '.join(map(repr, d.words))}"
     article = "an" if kind.__name__[0] in "AEIOU" else "a"
+    if kind is str and d is not None and d.longest:
+        return f"a text of 1 to {d.longest} characters"
     noun = NOUNS.get(kind) or str(getattr(kind, "noun", f"{article} {kind.__name__}"))
     return noun if d is None or kind not in (int, float) else f"{noun}{bounds(d)}"
 
@@ -396,7 +423,7 @@ def _several(origin: type, inner: tuple[Any, ...], d: Declared | None) -> str:
         return f"{len(inner)} {several}"
     if typing.get_origin(inner[0]) is tuple:
         return f"a list of {several} each"
-    lengths = " or ".join(map(str, d.lengths))
+    lengths = " or ".join(map(str, d.lengths)) or (f"1 to {d.longest}" if d.longest else "")
     return f"{lengths} {several}" if lengths else f"{several}, rising" if d.rising else several
 
 
@@ -420,6 +447,14 @@ def _typed(value: Any, unit: str = "") -> str:
     if isinstance(value, float):
         return f"{value * TYPED.get(unit, (1.0, ''))[0]:g}"
     return "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _scalar(kind: Any) -> Any:
+    """The kind of the numbers or words of a kind, where all are of one."""
+    inner = typing.get_args(kind)
+    if hasattr(kind, "__metadata__") or typing.get_origin(kind) is Sequence:
+        return _scalar(inner[0])
+    return _scalar(inner[0]) if typing.get_origin(kind) is tuple and len({*inner}) == 1 else kind
 
 
 def _declared(kind: Any) -> Declared | None:

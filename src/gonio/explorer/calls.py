@@ -1,26 +1,48 @@
-"""What a page may ask the worker: a function for each call, of the shelf and the arguments of the request."""
+"""What a page may ask the worker: a function for each call, of the shelf and the declared arguments of the request."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from inspect import Parameter
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Argument, Declared, arguments
+from ..declared.public import form, forms
 from ..declared.version import __version__
-from ..errors import ParameterError
-from .describe import described
-from .shelf import Shelf
+from ..errors import NotFoundError, ParameterError
+from ..formula.bounds import CHANNELS, MAX_LENGTH
+
+if TYPE_CHECKING:
+    from .shelf import Shelf
 
 THETA = (*range(0, 85, 5), 85.0, 88.0)
 """Angles of incidence [degrees] of albedos."""
 
 STEP = 0.5
 """Step [degrees] of the views in "data"."""
+
+Text = Annotated[str, Declared("a material of the page", longest=MAX_LENGTH)]
+Word = Annotated[str, Declared("a name", longest=200)]
+Number = Annotated[float, Declared("a number")]
+Numbers = Annotated[Sequence[Number], Declared("a number for each channel", longest=CHANNELS)]
+Replaced = Annotated[
+    Mapping[Word, Number | Numbers | Word], Declared("values by the path of a parameter", longest=1000)
+]
+Given = Annotated[
+    Mapping[Word, Annotated[str, Declared("as it is typed", longest=200)]], Declared("typed arguments", longest=50)
+]
+Azimuth = Annotated[float, Declared("azimuth of incidence", -360.0, 360.0, "degrees")]
+Directions = Annotated[Sequence[tuple[float, float, float]], Declared("directions [x, y, z]", longest=1 << 14)]
+
+BELOW_90 = math.nextafter(90.0, 0.0)
+
+NOTHING: Mapping[str, Any] = {}
 
 
 def names(shelf: Shelf) -> dict[str, Any]:
@@ -40,17 +62,17 @@ def names(shelf: Shelf) -> dict[str, Any]:
     }
 
 
-def material(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any]:
+def material(shelf: Shelf, text: Text, replaced: Replaced = NOTHING) -> dict[str, Any]:
     """MATERIAL of the protocol; those of the command line are described once."""
     if replaced or text not in shelf.given:
-        return described(shelf, text, replaced)
+        return _described(shelf, text, replaced)
     with shelf.alone(f"describe {text}"):
         if text not in shelf.told:
-            shelf.told[text] = described(shelf, text, {})
+            shelf.told[text] = _described(shelf, text, {})
     return shelf.told[text]
 
 
-def check(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any]:
+def check(shelf: Shelf, text: Text, replaced: Replaced = NOTHING) -> dict[str, Any]:
     """The verdicts of `gn.check`."""
     from ..laws import Report
     from ..laws import check as check_laws
@@ -73,7 +95,7 @@ def check(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any]:
     return {"rows": rows, "ok": report.passed, "notes": list(report.notes)}
 
 
-def fit(shelf: Shelf, text: str, replaced: dict[str, Any], model: str) -> dict[str, Any]:
+def fit(shelf: Shelf, text: Text, model: Text, replaced: Replaced = NOTHING) -> dict[str, Any]:
     """The fit of a model, `gn.fit`, and the fitted model as a material of its own."""
     from ..catalogue.expressions import expression
     from ..fitting.fitting import fit as fit_model
@@ -89,11 +111,11 @@ def fit(shelf: Shelf, text: str, replaced: dict[str, Any], model: str) -> dict[s
         "numbers": numbers,
         "rms": found.rms,
         "text": found.report(),
-        "material": described(shelf, made, {}),
+        "material": _described(shelf, made, {}),
     }
 
 
-def albedo(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any]:
+def albedo(shelf: Shelf, text: Text, replaced: Replaced = NOTHING) -> dict[str, Any]:
     """Albedo against the angle of incidence, and of tables that state uncertainties its own, of independent errors."""
     from ..integrals.albedo import albedo as albedo_of
     from ..tables.gridded import Gridded
@@ -111,7 +133,12 @@ def albedo(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any]:
 
 
 def source(
-    shelf: Shelf, text: str, replaced: dict[str, Any], language: str, function: str | list[str], parameters: str
+    shelf: Shelf,
+    text: Text,
+    language: Word,
+    replaced: Replaced = NOTHING,
+    function: Annotated[Sequence[Word], Declared("functions of the material", longest=8)] = ("f",),
+    parameters: Word = "constants",
 ) -> dict[str, Any]:
     """Source code of the material's functions, `gn.source`."""
     from ..bridges.source import source as source_of
@@ -119,10 +146,14 @@ def source(
     return {"text": source_of(shelf.material(text, replaced), language, function, parameters=parameters).text}
 
 
-def data(shelf: Shelf, text: str, replaced: dict[str, Any], theta_i: float, phi_i: float) -> dict[str, Any]:
+def data(
+    shelf: Shelf,
+    text: Text,
+    theta_i: Annotated[float, Declared("angle of incidence", 0.0, BELOW_90, "degrees")],
+    replaced: Replaced = NOTHING,
+    phi_i: Azimuth = 0.0,
+) -> dict[str, Any]:
     """f in the plane of incidence, as CSV."""
-    if not 0.0 <= theta_i < 90.0:
-        raise ParameterError(f"theta_i = {theta_i:g}: expected an angle of incidence [degrees] from 0 to below 90")
     m = shelf.material(text, replaced)
     count = round(89.5 / STEP)
     views = STEP * np.arange(-count, count + 1)
@@ -147,7 +178,7 @@ def _columns(m: Reflectance, count: int) -> list[str]:
     return [f"f_{word}".rstrip("_").replace(",", "_").replace("\n", "_") for word in words]
 
 
-def f(shelf: Shelf, text: str, replaced: dict[str, Any], wi: list, wo: list) -> dict[str, Any]:
+def f(shelf: Shelf, text: Text, wi: Directions, wo: Directions, replaced: Replaced = NOTHING) -> dict[str, Any]:
     """f [1/sr] at pairs of directions."""
     if len(wi) != len(wo):
         raise ParameterError(f"f: {len(wi)} wi and {len(wo)} wo; expected as many of both")
@@ -155,7 +186,54 @@ def f(shelf: Shelf, text: str, replaced: dict[str, Any], wi: list, wo: list) -> 
     return {"values": with_channels(np.asarray(values), 1)}
 
 
-CALLS: dict[str, Callable[..., dict[str, Any]]] = {
-    call.__name__: call for call in (names, material, check, fit, albedo, source, data, f)
+def functions(shelf: Shelf) -> dict[str, Any]:
+    """The public functions that `ask` takes, with their arguments."""
+    return {"functions": [found.to_json() for found in forms()]}
+
+
+def ask(
+    shelf: Shelf, text: Text, function: Word, given: Given = NOTHING, replaced: Replaced = NOTHING
+) -> dict[str, Any]:
+    """A public function of the material, `gn.function(m, ...)`, with arguments as they are typed."""
+    found = form(function)
+    if found is None:
+        raise NotFoundError(
+            f"{function}: no function of a material; expected one of {', '.join(f.name for f in forms())}"
+        )
+    for name in given:
+        if name not in found.fields:
+            raise ParameterError(f"{function}: no argument {name!r}; expected {', '.join(found.fields) or 'none'}")
+    for name, field in found.fields.items():
+        if name not in given and field.default is Parameter.empty:
+            raise ParameterError(f"{function}: {name}: expected {field.expected_typed}: {field.declared.doc}")
+    values = {name: found.fields[name].checked_text(typed) for name, typed in given.items()}
+    with np.printoptions(precision=6, suppress=True):
+        return {"text": str(found.function(shelf.material(text, replaced), **values))}
+
+
+def _described(shelf: Shelf, text: str, replaced: Mapping[str, Any]) -> dict[str, Any]:
+    from .describe import described  # late: the server, which knows what may be asked, describes nothing
+
+    return described(shelf, text, replaced)
+
+
+class Call(NamedTuple):
+    """What a page may ask for: the function, and the seconds after which the worker is ended."""
+
+    function: Callable[..., dict[str, Any]]
+    seconds: float = 120.0
+
+    @property
+    def arguments(self) -> dict[str, Argument]:
+        """The arguments of a request, by name."""
+        return arguments(self.function)
+
+
+CALLS: dict[str, Call] = {
+    call.function.__name__: call
+    for call in (
+        *(Call(names, 60.0), Call(material), Call(check, 180.0), Call(fit, 600.0), Call(albedo, 180.0)),
+        *(Call(source), Call(data), Call(f), Call(functions), Call(ask, 180.0)),
+    )
 }
-"""Name -> function."""
+"""Name -> what a page may ask for."""

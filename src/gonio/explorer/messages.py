@@ -12,104 +12,16 @@ import math
 import struct
 from base64 import b64encode
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from inspect import Parameter
+from typing import Any
 
 import numpy as np
 
 from ..errors import ParameterError, shown, suggestion
-from ..formula.bounds import CHANNELS, MAX_LENGTH
+from .calls import CALLS
 
 MOST_BYTES = 1 << 22
 """The longest message of a page."""
-
-PAIRS = 1 << 14
-"""The most pairs of directions of "f"."""
-
-REPLACED = 1000
-"""The most numbers that a message replaces."""
-
-WORD = 200
-"""Characters of a name or a path."""
-
-
-class Call(NamedTuple):
-    """What a page may ask for: the seconds after which the worker is ended, and its arguments with their checks."""
-
-    seconds: float
-    arguments: dict[str, Callable[[Any], Any]]
-
-
-def _text(value: Any, most: int = MAX_LENGTH) -> str:
-    if not isinstance(value, str) or not value.strip() or len(value) > most:
-        raise ParameterError(f"got {shown(value)}, expected a text of 1 to {most} characters")
-    return value
-
-
-def _word(value: Any) -> str:
-    return _text(value, WORD)
-
-
-def _words(value: Any) -> str | list[str]:
-    if isinstance(value, list) and 0 < len(value) <= 8:
-        return [_word(x) for x in value]
-    return _word(value)
-
-
-def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ParameterError(f"got {shown(value)}, expected a number")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise ParameterError(f"got {shown(value)}, expected a finite number")
-    return number
-
-
-def _numbers(value: Any, most: int) -> list[float]:
-    if not isinstance(value, list) or not 0 < len(value) <= most:
-        raise ParameterError(f"got {shown(value)}, expected a list of 1 to {most} numbers")
-    return [_number(x) for x in value]
-
-
-def _replaced(value: Any) -> dict[str, Any]:
-    if not isinstance(value, dict) or len(value) > REPLACED:
-        raise ParameterError(f"got {shown(value)}, expected at most {REPLACED} numbers by the path of the parameter")
-    return {_word(path): _replacement(x) for path, x in value.items()}
-
-
-def _replacement(value: Any) -> float | list[float] | str:
-    if isinstance(value, str):
-        return _word(value)
-    return _numbers(value, CHANNELS) if isinstance(value, list) else _number(value)
-
-
-def _directions(value: Any) -> list[list[float]]:
-    if not isinstance(value, list) or not 0 < len(value) <= PAIRS:
-        raise ParameterError(f"got {shown(value)}, expected a list of 1 to {PAIRS} directions [x, y, z]")
-    found = [_numbers(w, 3) for w in value]
-    if any(len(w) != 3 for w in found):
-        raise ParameterError("got a direction without three numbers, expected [x, y, z]")
-    return found
-
-
-_MATERIAL: dict[str, Callable[[Any], Any]] = {"text": _text, "replaced": _replaced}
-
-CALLS = {
-    "names": Call(60.0, {}),
-    "material": Call(120.0, _MATERIAL),
-    "check": Call(180.0, _MATERIAL),
-    "fit": Call(600.0, {**_MATERIAL, "model": _text}),
-    "albedo": Call(180.0, _MATERIAL),
-    "source": Call(120.0, {**_MATERIAL, "language": _word, "function": _words, "parameters": _word}),
-    "data": Call(120.0, {**_MATERIAL, "theta_i": _number, "phi_i": _number}),
-    "f": Call(120.0, {**_MATERIAL, "wi": _directions, "wo": _directions}),
-}
-"""Name -> what a page may ask for."""
-
-DEFAULTS: dict[str, Any] = {"replaced": {}, "function": "f", "parameters": "constants", "phi_i": 0.0}
-"""Arguments that a request may leave out."""
 
 
 def decoded(message: str) -> Any:
@@ -137,16 +49,14 @@ def request(data: Any) -> tuple[str, bytes]:
         raise ParameterError(f"a message {shown(data)}: expected an object with id and call")
     name = data.get("call")
     if not isinstance(name, str) or name not in CALLS:
-        close = suggestion(name[:WORD], CALLS) if isinstance(name, str) else ""
+        close = suggestion(name[:200], CALLS) if isinstance(name, str) else ""
         raise ParameterError(f"call {shown(name)}: no such call{close}; expected one of {', '.join(CALLS)}")
-    arguments = {}
-    for argument, check in CALLS[name].arguments.items():
-        value = data.get(argument, DEFAULTS.get(argument))
-        try:
-            arguments[argument] = check(value)
-        except ParameterError as error:
-            raise ParameterError(f"{name}: {argument}: {error}") from None
-    whole = {"id": number_of(data), "call": name, "arguments": arguments}
+    values = {
+        argument.name: argument.checked(data.get(argument.name), of=name)
+        for argument in CALLS[name].arguments.values()
+        if argument.name in data or argument.default is Parameter.empty
+    }
+    whole = {"id": number_of(data), "call": name, "arguments": values}
     return name, json.dumps(whole, allow_nan=False).encode()
 
 

@@ -13,7 +13,8 @@ from collections.abc import Awaitable, Callable, MutableMapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Error, ParameterError, visible
-from .messages import CALLS, decoded, number_of, refusal, request
+from .calls import CALLS
+from .messages import decoded, number_of, refusal, request
 from .page import INDEX, File, headers
 from .uploads import UploadError, Uploads
 

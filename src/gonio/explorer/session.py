@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import WorkerError
-from .messages import CALLS
+from .calls import CALLS
 from .pipes import receive, send
 from .process import started
 

@@ -74,7 +74,7 @@ def _describe(shelf: Shelf) -> None:
     """Describe the materials of the command line, before anybody asks; errors are told to who does."""
     for name in shelf.given:
         with contextlib.suppress(Exception):
-            CALLS["material"](shelf, name, {})
+            CALLS["material"].function(shelf, name)
 
 
 def _get_ready(asked: threading.Event) -> None:
@@ -124,7 +124,7 @@ def answered(shelf: Shelf, request: dict[str, Any]) -> bytes:
     head = {"id": request["id"]}
     _notes.texts.clear()
     try:
-        result = CALLS[request["call"]](shelf, **request["arguments"])
+        result = CALLS[request["call"]].function(shelf, **request["arguments"])
         return answer({**head, "ok": True, "result": result, "notes": list(_notes.texts)})
     except Exception as error:
         return answer({**head, "ok": False, "error": in_words(error), "notes": list(_notes.texts)})

@@ -26,7 +26,7 @@ def options(function: Callable) -> dict[str, Argument]:
         if p.name not in declared or not declared[p.name].declared.doc or p.default is Parameter.empty:
             raise ParameterError(
                 f"{function.__module__}.{function.__name__}: the option {p.name} is not declared; expected "
-                f'{p.name}: Annotated[type, Declared("what it means")] = default'
+                f'{p.name}: Annotated[type, Declared("what it means")] = default, with types that are imported'
             )
     return declared
 

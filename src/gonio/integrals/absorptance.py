@@ -6,13 +6,14 @@ from typing import Any
 
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
+from .asked import Incidence, Tolerance, WithError
 from .fate import leaving
 from .over_hemisphere import Integral
 from .scattered_once import tell_of_lost_light
 
 
 @checked
-def absorptance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
+def absorptance(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, error: WithError = False) -> Any:
     """The fraction of light from wi that is absorbed, 1 - reflected - transmitted.
 
     Light that facets scatter twice is lost by models of single scattering, such as `Microfacet`, and counts as

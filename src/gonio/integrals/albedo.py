@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -11,18 +11,19 @@ from ..arrays import ops
 from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
 from ..base.reradiation import warn_of_reradiation
-from ..declared.arguments import checked
+from ..declared.arguments import Declared, checked
 from ..errors import ParameterError, ShapeError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
 from . import by_arrays
+from .asked import Azimuth, Incidence, Tolerance, WithError, Zenith
 from .nine import kept_reflectance
 from .over_hemisphere import integrate
 
 
 @takes_labels("wi")
 @checked
-def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
+def albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, error: WithError = False) -> Any:
     """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
 
     rho(wi) = integral of f(wi, wo) cos(theta_o) dwo, delta lobes included exactly. Light that fluorescence sends out at
@@ -68,7 +69,7 @@ def kept_albedo(m: Reflectance, wi: Any, tolerance: float, error: bool = False) 
 
 @takes_labels(angles=("theta", "phi"))
 @checked
-def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
+def black_sky_albedo(m: Reflectance, theta: Zenith, phi: Azimuth = 0.0, tolerance: Tolerance = 1e-4) -> Any:
     """Albedo under the sun alone, at polar angle `theta`: the directional-hemispherical reflectance; see `albedo`.
 
     Shapes   theta, phi: numbers or arrays that broadcast; result (...[, C]).
@@ -88,7 +89,7 @@ def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: floa
 
 @takes_labels()
 @checked
-def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
+def white_sky_albedo(m: Reflectance, tolerance: Tolerance = 1e-4) -> Any:
     """Albedo under a sky of equal radiance everywhere: the bihemispherical reflectance; see `reflectance`.
 
     Shapes   () or (C,); maps give (...[, C]).
@@ -120,7 +121,13 @@ def _beside(like: Any, x: Any) -> Any:
 
 @takes_labels(angles=("theta", "diffuse_fraction", "phi"))
 @checked
-def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
+def blue_sky_albedo(
+    m: Reflectance,
+    theta: Zenith,
+    diffuse_fraction: Annotated[Any, Declared("the sky's share of the irradiance", 0.0, 1.0, "share")],
+    phi: Azimuth = 0.0,
+    tolerance: Tolerance = 1e-4,
+) -> Any:
     """Albedo under the sun and a uniform sky, the "actual" one: (1 - d) black-sky + d white-sky albedo.
 
     d, the diffuse fraction, is the sky's share of the irradiance. `reflectance` takes skies that are not uniform.

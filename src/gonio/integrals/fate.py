@@ -10,6 +10,7 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
 from .albedo import kept_albedo
+from .asked import Incidence, Tolerance
 from .over_hemisphere import Integral
 from .photons import reradiated_energy
 from .scattered_once import tell_of_lost_light
@@ -41,7 +42,7 @@ class Fate(NamedTuple):
 
 
 @checked
-def fate(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Fate:
+def fate(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4) -> Fate:
     """What becomes of light from wi: the fractions reflected, transmitted and absorbed.
 
     Light that a model loses (facets that scatter twice) counts as absorbed, with a LeftOutWarning. Fractions are of

@@ -14,11 +14,12 @@ from ..evaluate.labelled import takes_labels
 from ..formula.direction import Direction
 from ..formula.fields import param
 from .albedo import kept_albedo
+from .asked import Incidence, Tolerance, WithError
 from .over_hemisphere import Integral, directions, integrate
 
 
 @checked
-def photon_albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
+def photon_albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, error: WithError = False) -> Any:
     """Photons that leave, to all sides and at all wavelengths, over photons that arrive from wi, by wavelength.
 
     N(wi)_i = sum_o (lambda_o/lambda_i) integral of F[o, i](wi, wo) cos(theta_o) dwo: a photon's energy is hc/lambda.

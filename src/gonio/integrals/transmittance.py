@@ -7,12 +7,13 @@ from typing import Any
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..evaluate.labelled import takes_labels
+from .asked import Incidence, Tolerance, WithError
 from .over_hemisphere import integrate
 
 
 @takes_labels("wi")
 @checked
-def transmittance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
+def transmittance(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, error: WithError = False) -> Any:
     """Directional-hemispherical transmittance: the fraction of light from wi that leaves on the other side.
 
     tau(wi) = integral of f(wi, wo) |cos(theta_o)| dwo over the hemisphere opposite to wi, delta lobes included exactly.
