@@ -22,9 +22,9 @@ from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under
 from .glows import channels_of, taken_apart
 from .illumination import as_lights, check_channels, have_channels
+from .maps import Wanted, over_places
 from .over_hemisphere import Integral, check_tolerance, directions, in_double, of_whole, report
 from .places import Places
-from .sharing import Wanted, over_places
 
 
 @takes_labels()

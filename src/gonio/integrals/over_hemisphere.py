@@ -28,9 +28,9 @@ from ..formula.warp import cosine_hemisphere
 from ..numerics.lattice import lattice
 from ..numerics.quadrature import Integrals
 from .cones import Hemisphere
+from .maps import Wanted, over_places
 from .over_directions import Radiance, over_directions
 from .places import Places
-from .sharing import Wanted, over_places
 
 TIGHTEST = 1e-13
 """The smallest tolerance."""
