@@ -14,6 +14,7 @@ from gonio.errors import ShapeError, TraceError
 from gonio.evaluate import batch
 from gonio.evaluate.computation import Computation, composite
 from gonio.evaluate.interpret import evaluate
+from gonio.evaluate.tracing import traced
 from gonio.trace.derive import gradient
 from gonio.trace.graph import Graph
 from gonio.trace.symbol import Symbol, Symbols
@@ -161,10 +162,10 @@ def test_totals_of_loops(evaluation):
 def test_equal_loops_are_one():
     """The loops of all channels, where no channel matters to them."""
     task = batch.Task(lambda m, mean, x: (m.gain * walk(x[0], 1.5)[0],), (VALUE,), (1,))
-    graph = batch.traced(task, composite(gain=np.ones(3)), 3).graph
+    graph = traced(task, composite(gain=np.ones(3)), 3).graph
     assert graph.operations.count("loop") == 1
     both = batch.Task(lambda m, mean, x: (walk(x[0], 1.5)[0] + walk(x[0], 1.6)[0],), (VALUE,), (1,))
-    assert batch.traced(both, composite(), None).graph.operations.count("loop") == 2
+    assert traced(both, composite(), None).graph.operations.count("loop") == 2
 
 
 def test_a_loop_that_a_mask_keeps_from_running_forever(evaluation):
@@ -249,6 +250,6 @@ def test_refusals():
         return (kept[-1],)
 
     with pytest.raises(TraceError, match="keeps a number of a step of a loop"):
-        batch.traced(batch.Task(leaking, (SCALAR,), (1,)), composite(), None)
+        traced(batch.Task(leaking, (SCALAR,), (1,)), composite(), None)
     assert graph.depth == 0
     assert not math.isnan(walked(math.nan, 1.0)[1])

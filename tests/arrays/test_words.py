@@ -12,6 +12,7 @@ from gonio.errors import TraceError
 from gonio.evaluate import batch
 from gonio.evaluate.computation import Computation, composite
 from gonio.evaluate.interpret import evaluate
+from gonio.evaluate.tracing import traced
 from gonio.trace.graph import INDEX, Graph
 from gonio.trace.symbol import Symbol, Symbols
 
@@ -118,4 +119,4 @@ def test_numbers_are_refused():
     for operation in (ops.xor, ops.shift_left, ops.wrapped_sum):
         with pytest.raises(TraceError, match="expected whole numbers"):
             task = batch.Task(lambda m, mean, x, operation=operation: (operation(x[0], 3),), (SCALAR,), (1,))
-            batch.traced(task, composite(), None)
+            traced(task, composite(), None)

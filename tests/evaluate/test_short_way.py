@@ -54,8 +54,8 @@ def entered(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
 def test_a_warm_call_looks_up_its_plan(call, entered):
     m = metal(0.2)
     call(m)
-    entered(batch, "_checked", "_batch")
-    found = entered(planning, "plan", "_of_pattern", "traced")
+    entered(batch, "_checked", "batch_of")
+    found = entered(planning, "new_plan", "_of_pattern", "tables_of")
     call(m)
     assert not found
 
@@ -66,7 +66,7 @@ def test_other_numbers_trace_and_compile_nothing(call, entered):
     call(m)
     entered(tracing, "_trace", "_jacobian")
     entered(machine, "to_object")
-    found = entered(planning, "plan")
+    found = entered(planning, "new_plan")
     call(metal(0.3))
     call(m.replace(alpha=0.4))
     assert not found

@@ -276,7 +276,7 @@ def test_first_f_after_replace_makes_no_trace_and_no_kernel_anew(monkeypatch):
     def never(*args: object) -> None:
         raise AssertionError("prepared anew")
 
-    monkeypatch.setattr(planning, "prepare", never)
+    monkeypatch.setattr(planning, "new_plan", never)
     monkeypatch.setattr(planning, "traced", never)
     other = m.replace({"distribution.alpha_x": 0.4})
     f, by = other.jacobian(WI, WO)
@@ -363,7 +363,7 @@ def test_patterns_keep_no_tables():
     planning._PATTERNS.clear()
     measurement({}).f(WI, WO)
     (pattern,) = planning._PATTERNS.values()
-    assert pattern.plan.keeper is None
+    assert pattern.plan.plan.keeper is None
 
 
 def test_digests_of_growing_graphs_stay():

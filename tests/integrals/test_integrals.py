@@ -419,12 +419,12 @@ def test_the_tolerance_goes_with_the_light():
 # The quadrature alone.
 
 
-def integral(f, tolerance=1e-6, **options):
+def integral(f, tolerance=1e-6, seam=0.0, seeds=None, **options):
     def evaluate(rows, cells):
         u, area = place(cells.T[..., None], quadrature.NODES.T)
         return Sums(weighed((f(*u) * area)[..., None]), 0.0, 0.0)
 
-    found = cubature(evaluate, 1, tolerance, **options)
+    found = cubature(evaluate, 1, quadrature.Goal(tolerance, **options), seam, seeds)
     return found.value[0, 0], found.error[0]
 
 

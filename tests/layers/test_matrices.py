@@ -10,7 +10,7 @@ from places import real
 
 import gonio as gn
 from gonio.layers import adding, facets, interfaces, media
-from gonio.layers.base import LEAST, _series
+from gonio.layers.base import LEAST, Pairs, _series
 from gonio.layers.grid import Grid, grid
 
 TWO_FLUX = Grid(np.array([0.75]), np.array([0.5]), ((1.0, 1),))
@@ -27,7 +27,7 @@ def shares(matrices, first, second):
 @pytest.mark.parametrize(("depth", "g"), [(1e-3, 0.0), (1.0, 0.5), (8.0, -0.7), (50.0, 0.9), (1e5, 0.0)])
 def test_media_lose_no_light_where_particles_absorb_none(depth, g):
     nodes = grid([1.0], 48)
-    slab, *_ = media.slab(nodes, 1.0, depth, 1.0, g, range(1), 90)
+    slab, *_ = media.slab(nodes, 1.0, (depth, 1.0, g), range(1), 90)
     above, below = shares(slab, nodes.root(1.0), nodes.root(1.0))
     np.testing.assert_allclose(above, 1.0, atol=2e-8)
     np.testing.assert_allclose(below, 1.0, atol=2e-8)
@@ -40,14 +40,14 @@ def test_slabs_of_one_cosine_are_kubelka_and_munks():
     b = math.sqrt(a * a - 1.0)
     whole = a * math.sinh(b * S) + b * math.cosh(b * S)
     depth = 0.5 * K + S
-    slab, *_ = media.slab(TWO_FLUX, 1.0, depth, S / depth, 0.0, range(1), 1)
+    slab, *_ = media.slab(TWO_FLUX, 1.0, (depth, S / depth, 0.0), range(1), 1)
     np.testing.assert_allclose(slab.above, math.sinh(b * S) / whole, rtol=1e-13)
     np.testing.assert_allclose(slab.down, b / whole, rtol=1e-13)
 
 
 def test_slabs_add_up():
     nodes = grid([1.0, 1.5], 16)
-    thin, thick = (media.slab(nodes, 1.5, depth, 0.9, 0.6, range(8), 20)[0] for depth in (0.7, 2.1))
+    thin, thick = (media.slab(nodes, 1.5, (depth, 0.9, 0.6), range(8), 20)[0] for depth in (0.7, 2.1))
     twice = adding.added(thin, adding.added(thin, thin))
     for one, other in zip(twice, thick, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-10)  # of eigenvectors: 1.1e-11 on AVX2, 3.6e-11 on AVX-512
@@ -58,7 +58,7 @@ def test_slabs_add_up():
 )
 def test_slabs_by_eigenvectors_are_those_by_doubling(depth, albedo, g):
     nodes = grid([1.0], 48)
-    found = [media.slab(nodes, 1.0, number, albedo, g, range(3), 90)[0] for number in (depth, depth + 0j)]
+    found = [media.slab(nodes, 1.0, (number, albedo, g), range(3), 90)[0] for number in (depth, depth + 0j)]
     for one, other in zip(*found, strict=True):
         np.testing.assert_allclose(one, other, atol=2e-11)
 
@@ -118,7 +118,7 @@ def test_fourier_coefficients_are_those_of_layerlabs_rough_gold():
     i, o = np.indices((half, half)).reshape(2, -1)
     s = np.sqrt(np.maximum(1.0 - above * above, 1e-30))
     k = interfaces.classes(interfaces.poles(s, above[i] + above[o], i, o, 0.2), LEAST)
-    red = _series(model, above, i, o, k, range(orders), None)[0].reshape(orders, half, half) * above[:, None]
+    red = _series(model, above, Pairs(i, o, k), range(orders), None)[0].reshape(orders, half, half) * above[:, None]
     red /= np.pi * np.where(np.arange(orders) == 0, 2.0, 1.0)[:, None, None]
     exact = model.f(gn.direction(np.arccos(above[4:, None]), math.pi), gn.direction(np.arccos(above[4:]), 0.0))[..., 0]
     np.testing.assert_allclose(red[:, 4:, 4:].sum(axis=0), exact * above[4:, None], rtol=1e-6, atol=1e-7)

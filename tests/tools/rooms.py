@@ -57,29 +57,18 @@ def _statements(tree: ast.Module) -> Iterator[ast.AST]:
 
 
 @cache
-def _imports(name: str) -> list[tuple[ast.Import | ast.ImportFrom, bool]]:
-    """The imports anywhere in a module's text, and whether only a type checker sees them."""
-    tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
-    checked = [n for n in tree.body if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING"]
-    unseen = {node for block in checked for node in _statements(ast.Module([block], []))}
-    return [(n, n in unseen) for n in _statements(tree) if isinstance(n, ast.Import | ast.ImportFrom)]
-
-
-@cache
-def imported(name: str, executed: bool = False) -> tuple[set[str], set[str]]:
+def imported(name: str) -> tuple[set[str], set[str]]:
     """Modules of the package that a module imports anywhere in its text, and names of other packages.
 
-    `executed`: without those that only a type checker sees.
+    What only a type checker imports counts too.
     """
     own, others = set(), set()
-    for node, is_unseen in _imports(name):
-        if executed and is_unseen:
-            continue
+    for node in _statements(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             others.update(a.name.partition(".")[0] for a in node.names)
-        elif not node.level:
+        elif isinstance(node, ast.ImportFrom) and not node.level:
             others.add((node.module or "").partition(".")[0])
-        else:
+        elif isinstance(node, ast.ImportFrom):
             own |= _meant(name, node.level, node.module, [a.name for a in node.names])
     return own - {""}, others
 

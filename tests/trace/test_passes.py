@@ -17,7 +17,8 @@ from gonio.arrays import ops
 from gonio.arrays.kinds import SCALAR, VALUE, VECTOR
 from gonio.base import kernels
 from gonio.errors import ParameterError
-from gonio.evaluate import planning
+from gonio.evaluate import blocks
+from gonio.evaluate.call import Call
 from gonio.evaluate.interpret import evaluate
 from gonio.evaluate.tracing import Task, Trace, traced
 from gonio.trace import passes
@@ -52,8 +53,8 @@ def after(run: Any, trace: Trace, dtype: str) -> Trace:
 
 
 def values(trace: Trace, task: Task, m: gn.Reflectance, channels: int | None, *inputs: np.ndarray) -> list[np.ndarray]:
-    call = planning.Call(task, m, inputs, channels, inputs[0].shape[:-1])
-    results = planning.interpreted(trace, call, tuple(slice(0, n) for n in call.batch))
+    call = Call(task, m, inputs, channels=channels, batch=inputs[0].shape[:-1])
+    results = blocks.interpreted(trace, call, tuple(slice(0, n) for n in call.batch))
     return [np.broadcast_to(r, call.batch) for r in results]
 
 

@@ -15,7 +15,7 @@ import gonio as gn
 from gonio.arrays import Fixed, ops
 from gonio.arrays.kinds import VALUE
 from gonio.base import kernels
-from gonio.evaluate import planning
+from gonio.evaluate.call import leaves_of, tables_of
 from gonio.evaluate.interpret import evaluate
 from gonio.evaluate.tracing import Task, traced
 from gonio.trace import passes
@@ -98,8 +98,8 @@ FEW = thinned(draws(1, every=3), {draw._replace(seed=9) if draw in LONG else dra
 def values(m: gn.Reflectance, wi: np.ndarray, wo: np.ndarray, rewrite: bool) -> tuple[np.ndarray, np.ndarray]:
     """f of many channels by NumPy: at once, and in two stages."""
     trace, dtype = traced(TASK, m, 1), wi.dtype
-    tables, first = planning._tables(trace, m, dtype), trace.inputs
-    every = planning._leaves(m, any(k >= first + len(planning._leaves(m, False)) for k in trace.read))
+    tables, first = tables_of(trace.looked_up, m, dtype), trace.inputs
+    every = leaves_of(m, any(k >= first + len(leaves_of(m, False)) for k in trace.read))
     leaves = [np.asarray(x.numbers if isinstance(x, Fixed) else x, dtype) for x in every]
     arrays = [*(w.T[..., None] for w in (wi, wo)), *(x[None] for x in leaves)]
     (node,) = trace.results[0]

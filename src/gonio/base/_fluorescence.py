@@ -6,21 +6,18 @@ The matrices of pairs of wavelengths are computed in `reradiation.py`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from ..errors import ParameterError
 from ..formula.fields import Part
 from ..formula.parametrised import Parametrised
 from ..formula.state import derived
 from . import reradiation
-from ._channels import Channelled
 from ._hooks import Hooks
-
-if TYPE_CHECKING:
-    from .reflectance import Reflectance
+from .channel_names import _Channelled
 
 
-class Fluorescent(Channelled):
+class Fluorescent(_Channelled):
     """Light that leaves a reflectance at another wavelength than it arrived at."""
 
     @property
@@ -69,28 +66,6 @@ class Fluorescent(Channelled):
     def _pairs(self) -> Parametrised:
         """This material with a channel for each pair of wavelengths."""
         return reradiation.pairs(self, self.channels or 1)
-
-    def under(self, light: Any, seen: Any = None) -> Reflectance:
-        """The ordinary material that looks the same under light of a spectrum E: f = sum_i F[o, i] E_i / E_o.
-
-        It serves wherever a reflectance does, `gn.render` and `gn.albedo` among them. It may send back more light of a
-        wavelength than arrives: the albedo is the radiance factor of colour measurement, which fluorescence carries
-        above 1. `seen`: another spectrum in the place of E_o, under whose light the picture is to be computed; needed
-        where E has no light of a wavelength at which the material shines.
-
-        Shapes   light, seen: (C,), a number per wavelength of the material, or a `gn.Spectrum`.
-        Units    irradiance of a band, in any unit; seen: the same.
-        Raises   ParameterError for negative light, spectra that end too early, and where `seen` is 0.
-
-        Example
-        >>> ink = gn.Donaldson([[0.2, 0.0], [0.3, 0.6]], wavelengths=[400.0, 550.0])
-        >>> print(gn.albedo(ink.under([1.0, 1.0]), [0, 0, 1]).round(3))
-        [0.2 0.9]
-        >>> print(gn.albedo(ink.under([5.0, 1.0]), [0, 0, 1]).round(3))
-        [0.2 2.1]
-        """
-        seen_as: Reflectance = reradiation.under(self, light, seen)
-        return seen_as
 
     def _with_rounds(self, matrix: Callable[[str, Any], Any], prefix: str = "") -> Self:
         """With `matrix(path, coat)` in each coat that sends light back to a dye, where it may excite again: what goes

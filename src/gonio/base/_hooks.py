@@ -20,11 +20,10 @@ from ..formula.parametrised import Parametrised
 
 if TYPE_CHECKING:
     from ..numerics.quadrature import Integrals
-    from .reflectance import Reflectance
 
 
 class Hooks(Parametrised):
-    """What models write. One more hook, `turned`, is in `reflectance.py`, beside the products that it makes."""
+    """What models write. What `lobes` and `turned` are where they do not is in `reflectance.py`, with its products."""
 
     breaks: ClassVar[dict[str, str]] = {}
     """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
@@ -167,10 +166,13 @@ class Hooks(Parametrised):
         """
         return -wo if self.sides == "across" else mirror(wo)
 
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+    @abstractmethod
+    def lobes(self) -> Iterable[tuple[Any, Hooks]]:
         """The terms of this sum: pairs (weight, model)."""
-        whole: Any = self  # a Reflectance: nothing else has these hooks
-        yield 1.0, whole
+
+    @abstractmethod
+    def turned(self, back: Any) -> Hooks:
+        """This as seen from behind where `back` is 1, not 0 (or True or False)."""
 
     def _collected(self, w: Any, incident: bool, goal: float, each: Callable[[Any, float], Integrals]) -> Any:
         """`Integrals` of f cos over the directions of light, or `incident` of the viewer, for fixed directions (n, 3)

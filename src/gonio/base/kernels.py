@@ -6,7 +6,7 @@ by the tasks at the end.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ..arrays import ops
 from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
@@ -14,9 +14,7 @@ from ..evaluate.tracing import Task
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, dot, select, served
 from ..formula.mueller import Mueller
 from ..formula.sparse import is_zero
-
-if TYPE_CHECKING:
-    from .reflectance import Reflectance
+from ._hooks import Hooks
 
 
 def _nan_of(*directions: Direction) -> Any:
@@ -28,14 +26,14 @@ def _nan_of(*directions: Direction) -> Any:
     return total - total  # not 0 * total, which Dr.Jit replaces by 0
 
 
-def with_holes(value: Any, m: Reflectance) -> Any:
+def with_holes(value: Any, m: Hooks) -> Any:
     """The value, NaN where a parameter is missing, for formulas do not use each parameter everywhere."""
     for number in m.holed():
         value = value + (number - number)
     return value
 
 
-def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
+def value(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     if m.sides != "front":
         back, hidden, wi_seen, wo_up = upright(wi, wo)
@@ -46,9 +44,9 @@ def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...
     return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
 
 
-def together(m: Reflectance) -> list[list[tuple[Any, Reflectance]]]:
+def together(m: Hooks) -> list[list[tuple[Any, Any]]]:
     """The lobes with their weights, in groups: a lobe with the next one, where they share what is drawn."""
-    groups: list[list[tuple[Any, Reflectance]]] = []
+    groups: list[list[tuple[Any, Any]]] = []
     shared = False
     for pair in m.lobes():
         if shared:
@@ -59,14 +57,14 @@ def together(m: Reflectance) -> list[list[tuple[Any, Reflectance]]]:
     return groups
 
 
-def _masked(M: Mueller, below: Any, nan: Any, m: Reflectance) -> list[list[Any]]:
+def _masked(M: Mueller, below: Any, nan: Any, m: Hooks) -> list[list[Any]]:
     """The elements, 0 where a direction is below the horizon; those that are written 0 stay so, but for NaN."""
     nan = with_holes(nan, m)
     seen = ~below & (nan == 0.0)  # one choice for each element instead of a choice and a sum
     return [[nan if is_zero(x) else ops.where(seen, x, nan) for x in row] for row in M.rows]
 
 
-def mueller(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
+def mueller(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     if m.sides != "front":
         # Half a turn leaves the axes of both directions as they are, but for their signs, which change nothing.
@@ -76,7 +74,7 @@ def mueller(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, .
     return (_masked(m.polarized(wi_up, wo_up), below, _nan_of(wi, wo), m),)
 
 
-def _total_mueller(m: Reflectance, wi: Direction, wo: Direction) -> Mueller:
+def _total_mueller(m: Hooks, wi: Direction, wo: Direction) -> Mueller:
     """The Mueller matrix of all lobes together, of light from either side."""
     total = Mueller.depolariser(0.0 * wi.z)
     for weight, lobe in m.lobes():
@@ -86,15 +84,15 @@ def _total_mueller(m: Reflectance, wi: Direction, wo: Direction) -> Mueller:
     return total
 
 
-def delta_mueller(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
+def delta_mueller(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
     return _delta_mueller(m, Direction(*wo), "front")
 
 
-def delta_mueller_across(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
+def delta_mueller_across(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
     return _delta_mueller(m, Direction(*wo), "across")
 
 
-def _delta_mueller(m: Reflectance, wo: Direction, sides: str) -> tuple[Any, ...]:
+def _delta_mueller(m: Hooks, wo: Direction, sides: str) -> tuple[Any, ...]:
     if m.sides == "front":
         hidden, wo_up = served(wo)
         seen = m
@@ -116,7 +114,7 @@ def reradiation(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
 
 
-def shares_of(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]:
+def shares_of(mean: Hooks, wo: Direction) -> list[tuple[Any, Hooks]]:
     """The lobes, each with the probability of being sampled; of those that share what is drawn the first one."""
     lobes = [group[0] for group in together(mean)]
     if len(lobes) == 1:
@@ -128,12 +126,12 @@ def shares_of(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]
     return [(estimate / total, lobe) for estimate, (_, lobe) in zip(estimates, lobes, strict=True)]
 
 
-def _mixture(shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction) -> Any:
+def _mixture(shares: list[tuple[Any, Hooks]], wi: Direction, wo: Direction) -> Any:
     densities = [share * lobe.density(wi, wo) for share, lobe in shares if not lobe.is_delta]
     return sum(densities[1:], densities[0]) if densities else 0.0 * wi.z
 
 
-def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
+def pdf(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     if m.sides != "front":
         back, hidden, wi_seen, wo_up = upright(wi, wo)
@@ -148,9 +146,7 @@ def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
 _BELOW_ONE = 1.0 - 6e-8  # the largest float32 below 1; random float64 numbers in [0, 1) may round to 1.0f
 
 
-def _drawn(
-    m: Reflectance, shares: list[tuple[Any, Reflectance]], wo: Direction, u0: Any, u1: Any
-) -> tuple[Direction, Any, Any]:
+def _drawn(m: Hooks, shares: list[tuple[Any, Hooks]], wo: Direction, u0: Any, u1: Any) -> tuple[Direction, Any, Any]:
     """A direction from the lobe that u0 falls to, whether that is a delta lobe, and its weight; None without any."""
     deltas = any(lobe.is_delta for _, lobe in shares)
     wi, mirrored, weight = wo, u0 < -1.0, 0.0 * wo.z
@@ -169,7 +165,7 @@ def _drawn(
     return wi, mirrored, weight if deltas else None
 
 
-def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple[Any, ...]:
+def sample(m: Hooks, mean: Hooks, wo: Any, u: Any) -> tuple[Any, ...]:
     if m.sides != "front" or len(u) == 3:
         return _sample_of_lobes(m, mean, Direction(*wo), *u)
     wo, (u0, u1) = Direction(*wo), u
@@ -193,7 +189,7 @@ def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple[Any, ...
     )
 
 
-def delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
+def delta_reflectance(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
     if m.sides != "front":
         return _delta(m, Direction(*wo), "front")
     wo = Direction(*wo)
@@ -205,7 +201,7 @@ def delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, 
     return (with_holes(ops.where(below, 0.0, total) + _nan_of(wo), m),)
 
 
-def delta_transmission(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
+def delta_transmission(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
     return _delta(m, Direction(*wo), "across")
 
 
@@ -229,7 +225,7 @@ def turned_over(back: Any, w: Direction) -> Direction:
     return Direction(ops.where(back, -w.x, w.x), w.y, ops.where(back, -w.z, w.z))
 
 
-def on_its_side(lobe: Reflectance, wi: Direction) -> tuple[Any, Direction]:
+def on_its_side(lobe: Hooks, wi: Direction) -> tuple[Any, Direction]:
     """Whether wi is where the lobe has light from, and wi if it is, else a direction there."""
     if lobe.sides == "across":
         lit = wi.z < -HORIZON
@@ -238,7 +234,7 @@ def on_its_side(lobe: Reflectance, wi: Direction) -> tuple[Any, Direction]:
     return lit, select(lit, wi, NORMAL)
 
 
-def _total(m: Reflectance, wi: Direction, wo: Direction) -> Any:
+def _total(m: Hooks, wi: Direction, wo: Direction) -> Any:
     """The value of all lobes together, of light from either side."""
     total = 0.0 * wi.z
     for weight, lobe in m.lobes():
@@ -248,7 +244,7 @@ def _total(m: Reflectance, wi: Direction, wo: Direction) -> Any:
     return total
 
 
-def _density(mean: Reflectance, shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction) -> Any:
+def _density(mean: Hooks, shares: list[tuple[Any, Hooks]], wi: Direction, wo: Direction) -> Any:
     """The density of all lobes together, of light from either side."""
     total = 0.0 * wi.z
     for (share, _), group in zip(shares, together(mean), strict=True):
@@ -282,7 +278,7 @@ class _Choice(NamedTuple):
         return _Choice(wi, *(ops.where(here, a, b) for a, b in rest))
 
 
-def _choice(lobe: Reflectance, factor: Any, chromatic: Reflectance, wo: Direction, u: tuple[Any, Any]) -> _Choice:
+def _choice(lobe: Hooks, factor: Any, chromatic: Hooks, wo: Direction, u: tuple[Any, Any]) -> _Choice:
     """What a lobe draws; `factor`: its weight over the probability of choosing it."""
     never, none = u[0] < -1.0, 0.0 * wo.z
     wi = lobe.mirrored(wo) if lobe.is_delta else lobe.warp(wo, *u)
@@ -290,9 +286,7 @@ def _choice(lobe: Reflectance, factor: Any, chromatic: Reflectance, wo: Directio
     return _Choice(wi, ~never, factor * chromatic.mirror(wo), lost) if lobe.is_delta else _Choice(wi, never, none, lost)
 
 
-def _sample_of_lobes(
-    m: Reflectance, mean: Reflectance, wo: Direction, u0: Any, u1: Any, u2: Any = None
-) -> tuple[Any, ...]:
+def _sample_of_lobes(m: Hooks, mean: Hooks, wo: Direction, u0: Any, u1: Any, u2: Any = None) -> tuple[Any, ...]:
     """Samples of light from either side, or with a third number, which then chooses the lobe."""
     nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
     if u2 is not None:
@@ -336,7 +330,7 @@ def _sample_of_lobes(
     )
 
 
-def _delta(m: Reflectance, wo: Direction, sides: str) -> tuple[Any, ...]:
+def _delta(m: Hooks, wo: Direction, sides: str) -> tuple[Any, ...]:
     """The share of the light that delta lobes of these sides send to wo."""
     back, hidden, wo_up = upright(wo)
     seen = m if m.sides == "front" else m.turned(back)

@@ -1,7 +1,7 @@
 """The one interface: a reflectance gives f, pdf and sample, lists its parameters, and adds and scales.
 
-What models write is in `_hooks.py`, and what everyone calls in `_calls.py`; of wavelengths are `_channels.py` and
-`_fluorescence.py`. All of it together is `Reflectance`; its products and sums are reflectances too.
+What models write is in `_hooks.py`, and what everyone calls in `_calls.py`; of wavelengths are `channel_names.py`
+and `_fluorescence.py`. All of it together is `Reflectance`; its products and sums are reflectances too.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from ..formula.mueller import Mueller
 from ..formula.state import inferred, note
 from ..formula.text import literal
 from ..numerics.lattice import lattice
+from . import reradiation
 from ._calls import Calls
 from ._fluorescence import Fluorescent
 from .advice import instead
@@ -66,6 +67,10 @@ class Reflectance(Calls, Fluorescent):
         """
         return Scaled.unchecked(weight=choose(back, 0.0, 1.0), of=self) if self.sides == "front" else self
 
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        """The terms of this sum: pairs (weight, model)."""
+        yield 1.0, self
+
     @property
     def polarizes(self) -> bool:
         """Whether more than the first element of `mueller` can differ from 0.
@@ -77,6 +82,28 @@ class Reflectance(Calls, Fluorescent):
         if self.sides == "both":
             return any(lobe.polarizes for back in (False, True) for _, lobe in self.turned(back).lobes())
         return type(self).polarized is not Reflectance.polarized
+
+    def under(self, light: Any, seen: Any = None) -> Reflectance:
+        """The ordinary material that looks the same under light of a spectrum E: f = sum_i F[o, i] E_i / E_o.
+
+        It serves wherever a reflectance does, `gn.render` and `gn.albedo` among them. It may send back more light of a
+        wavelength than arrives: the albedo is the radiance factor of colour measurement, which fluorescence carries
+        above 1. `seen`: another spectrum in the place of E_o, under whose light the picture is to be computed; needed
+        where E has no light of a wavelength at which the material shines.
+
+        Shapes   light, seen: (C,), a number per wavelength of the material, or a `gn.Spectrum`.
+        Units    irradiance of a band, in any unit; seen: the same.
+        Raises   ParameterError for negative light, spectra that end too early, and where `seen` is 0.
+
+        Example
+        >>> ink = gn.Donaldson([[0.2, 0.0], [0.3, 0.6]], wavelengths=[400.0, 550.0])
+        >>> print(gn.albedo(ink.under([1.0, 1.0]), [0, 0, 1]).round(3))
+        [0.2 0.9]
+        >>> print(gn.albedo(ink.under([5.0, 1.0]), [0, 0, 1]).round(3))
+        [0.2 2.1]
+        """
+        seen_as: Reflectance = reradiation.under(self, light, seen)
+        return seen_as
 
     def breaches(self) -> dict[str, str]:
         """Laws of `gonio.check` that this, or a reflectance it is made of, does not obey, each with the reason.

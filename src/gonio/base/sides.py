@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arrays import ops
 from ..errors import REFUSALS, ParameterError, shown
-
-if TYPE_CHECKING:
-    from .reflectance import Reflectance
+from ._hooks import Hooks
 
 
-def sides_of(parts: Iterable[Reflectance]) -> str:
+def sides_of(parts: Iterable[Hooks]) -> str:
     """The sides of a sum: those of its terms, where they all have the same, else "both"."""
     each = {part.sides for part in parts}
     return each.pop() if len(each) == 1 else "both"
@@ -53,12 +51,4 @@ def refuse_two_indices(m: Any) -> None:
         raise ParameterError(
             f"Sum: terms have the refractive indices {several} behind over in front; expected one: both sides of a "
             f"surface have one medium each"
-        )
-
-
-def refuse_transmission(m: Reflectance, call: str) -> None:
-    """Raises ParameterError for a reflectance that transmits light, where `call` concerns reflection alone."""
-    if m.sides != "front":
-        raise ParameterError(
-            f"{call}: {type(m).__name__} transmits light; expected a reflectance that is lit and seen in front only"
         )

@@ -6,7 +6,7 @@ the numbers at a place back in: the lookups are part of the compiled formula. `a
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -21,9 +21,6 @@ from ..formula.parametrised import Parametrised
 from ..formula.state import state
 from ..formula.texture import Grid, Texture, checked_places
 from . import kernels
-
-if TYPE_CHECKING:
-    from ._calls import Calls
 
 M = TypeVar("M", bound=Parametrised)
 
@@ -101,12 +98,12 @@ def _value(scene: Any, mean: Any, wi: Any, wo: Any, uv: Any) -> tuple[Any, ...]:
 _PLACED = Task(_value, (VALUE,), (3, 3, 2))
 
 
-def value(m: Calls, wi: Any, wo: Any, uv: Any, out: np.ndarray | None) -> Any:
+def value(m: Parametrised, wi: Any, wo: Any, uv: Any, out: np.ndarray | None) -> Any:
     """f at places, see `Calls.f`."""
     found = textures(m)
     checked_places(uv, [*found.values()])
     if not all(texture.is_fixed for texture in found.values()):
-        return at(m, uv).f(wi, wo, out)
+        return batch.run(kernels.F, at(m, uv), (wi, wo), out)[0]
     whole = m._derived.get(value)
     if whole is None:
         whole = m._derived[value] = composite(**mapped(m))

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
 from threading import Lock
+from typing import Any
 
 import numpy as np
 
+from ..arrays import LIBRARIES, Fixed, Later
 from ..arrays.kinds import MATRIX, SCALAR, SQUARE, SUMMED, TERMS, VECTOR
 from ..compile.threads import share
+from ..formula.parametrised import Parametrised
 from ..machine import memory
+from .call import Call, parameters, tables_of
+from .interpret import evaluate
+from .tracing import Trace, traced
 
 BLOCK = 1 << 16  # directions per block: so many that the cost of Python vanishes, so few that they fit the cache
 
@@ -88,3 +95,53 @@ def cut(x: np.ndarray, batch: tuple[int, ...], at: Box) -> np.ndarray:
     axes = x.ndim - 1
     index = [slice(None) if x.shape[i] == 1 else at[len(batch) - axes + i] for i in range(axes)]
     return x[tuple(index)] if axes > 0 else x
+
+
+def by_trace(call: Call) -> list[Any]:
+    """The results of a task and its derivatives, computed from its trace. Raises TraceError where it has none."""
+    task, results = call.task, list[Any]()
+    trace = traced(task, call.material, call.channels)
+    kinds = [*task.kinds, *[task.kinds[0]] * (len(trace.results) - len(task.kinds))]
+    flat = [kind if kind in SUMMED else SCALAR for kind, of in zip(kinds, trace.results, strict=True) for _ in of]
+    found = in_blocks(lambda _, __, at: interpreted(trace, call, at), flat, call.inputs, call.batch, None)
+    parts, elements = iter(found), task.elements((call.channels,) if call.channels else ())
+    for kind, nodes, element in zip(kinds, trace.results, elements, strict=True):
+        result = np.stack(list(islice(parts, len(nodes))), -1)
+        results.append(result.reshape((*(call.batch[:-1] if kind in SUMMED else call.batch), *element))[()])
+    return call.put(results)
+
+
+def interpreted(trace: Trace, call: Call, at: Box) -> list[np.ndarray]:
+    """The nodes of all results of a trace, for a box of the batch of a call."""
+    dtype = call.inputs[0].dtype
+    arrays = [*call.inputs, *(x and x[0] for x in parameters(trace, call.material, dtype, False))]
+
+    def load(k: int, c: int) -> Any:
+        array = arrays[k]
+        assert array is not None  # an array that the graph reads
+        return cut(array, call.batch, at)[..., c]
+
+    nodes = [n for result in trace.results for n in result]
+    with np.errstate(all="ignore"):
+        return evaluate(trace.graph, nodes, load, tables_of(trace.looked_up, call.material, dtype), dtype)
+
+
+def by_formula(call: Call) -> list[Any]:
+    """The results of the formula itself."""
+    lib, (task, material, channels, batch) = LIBRARIES["numpy"], (call.task, call.material, call.channels, call.batch)
+
+    def of_box(arrays: Sequence[np.ndarray], shape: tuple[int, ...], at: Box) -> list[np.ndarray]:
+        def convert(value: Any) -> Any:
+            value = value.numbers if isinstance(value, Fixed) else value
+            return lib.convert(cut(value, batch, at) if isinstance(value, np.ndarray) else value, arrays[0])
+
+        def bound(m: Parametrised) -> Parametrised:
+            return m.bind(convert, lambda table: Later(table, arrays[0].dtype))
+
+        m = bound(material)
+        mean = bound(material.merged(lib.merge_channels)) if channels else m
+        parts = [lib.split(x, shape, channels is not None) for x in arrays]
+        terms = [TERMS.get(kind, kind) for kind in task.kinds]
+        return lib.assemble(terms, [task.kernel(m, mean, *parts)], arrays[0], shape, channels is not None)
+
+    return call.put(in_blocks(of_box, task.kinds, call.inputs, batch, channels))

@@ -34,17 +34,33 @@ def concern(material: Parametrised | None, inputs: Sequence[Any]) -> bool:
     return any(is_named(x) or is_lazy(x) for x in inputs)
 
 
+def has_names(material: Parametrised | None, inputs: Sequence[Any]) -> bool:
+    """Whether a material, or arrays of a call, have named axes."""
+    return (material is not None and material._labels is not None) or any(map(is_named, inputs))
+
+
 def call(
     compute: Compute, kinds: Sequence[str], material: Parametrised | None, inputs: Sequence[Any], widths: Sequence[int]
 ) -> list[Any]:
     """The results of `compute`, of these kinds. `widths`: 3 for directions (..., 3), 0 for angles."""
+
+    def plainly(m: Parametrised | None, *arrays: Any) -> Sequence[Any]:
+        return later(compute, kinds, m, arrays, widths)
+
+    return named(plainly, kinds, material, inputs, widths)
+
+
+def named(
+    compute: Compute, kinds: Sequence[str], material: Parametrised | None, inputs: Sequence[Any], widths: Sequence[int]
+) -> list[Any]:
+    """The same, with `compute` for arrays without names, which may be computed later."""
     own = None if material is None else material._labels
-    named = [k for k, x in enumerate(inputs) if is_named(x)]
+    with_names = [k for k, x in enumerate(inputs) if is_named(x)]
     plain = None if material is None else material.unlabelled
-    if not named and (own is None or any(_has_axes(x, width) for x, width in zip(inputs, widths, strict=True))):
-        return list(later(compute, kinds, plain, inputs, widths))  # axes without names: so are those of the result
+    if not with_names and (own is None or any(_has_axes(x, width) for x, width in zip(inputs, widths, strict=True))):
+        return list(compute(plain, *inputs))  # axes without names: so are those of the result
     what = "directions and parameters"
-    arrays = {k: _vectors(inputs[k]) if widths[k] else labels.data_array(inputs[k], "directions") for k in named}
+    arrays = {k: _vectors(inputs[k]) if widths[k] else labels.data_array(inputs[k], "directions") for k in with_names}
     of = {k: Labels(x.isel({COMPONENTS: 0}, drop=True) if widths[k] else x) for k, x in arrays.items()}
     for k, x in of.items():
         if x.channel is not None:
@@ -52,7 +68,7 @@ def call(
                 f"has the channel axis {x.channel}, which parameters alone have; select a channel, or rename the axis"
             )
             raise ArrayTypeError(f"a {type(inputs[k]).__name__} of directions or angles: {rule}")
-    _refuse_nameless(plain, own, inputs, widths, named)
+    _refuse_nameless(plain, own, inputs, widths, with_names)
     whole = labels.union([*of.values(), *([] if own is None else [own])], what)
     if own is not None:  # the material's axes last, as they lie in it
         dims = [d for d in whole.dims if d not in own.dims] + [*own.dims]
@@ -62,7 +78,7 @@ def call(
         x = x.transpose(*of[k].dims, *([COMPONENTS] if widths[k] else []))
         data = x.data.astype(float) if widths[k] == 0 or x.dtype.kind != "f" else x.data
         taken[k] = whole.laid(data, of[k]) if widths[k] else whole.laid(data[..., None], of[k])[..., 0]
-    results = later(compute, kinds, plain, taken, widths)
+    results = compute(plain, *taken)
     return [_wrapped(r, kind, whole, material) for r, kind in zip(results, kinds, strict=True)]
 
 

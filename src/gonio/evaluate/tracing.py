@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Fixed
-from ..arrays.kinds import MATRIX, SCALAR, TERMS, VALUE, VECTOR
+from ..arrays.kinds import MATRIX, SCALAR, TERMS, TOTAL, VALUE, VECTOR
 from ..errors import Error, TraceError
 from ..formula.fields import Channels, Numbers, Part
 from ..formula.parametrised import Parametrised
@@ -97,12 +97,30 @@ class Task(NamedTuple):
                 key += (x.dtype, x.shape, x.strides)
         return key
 
+    def pattern_key(self, plan_key: tuple[Any, ...], material: Parametrised) -> tuple[Any, ...] | None:
+        """All that a plan depends on but for the values of numbers: its key, and the material's structure with their
+        shapes. None where some numbers are of another library than NumPy."""
+        held, shapes = content(material), list[tuple[int, ...]]()
+        for x in held.leaves:
+            if type(x) is float:
+                shapes.append(())
+            elif isinstance(x, (Fixed, np.ndarray)):
+                shapes.append((x.numbers if isinstance(x, Fixed) else x).shape)
+            else:
+                return None
+        return (plan_key, held.structure, tuple(shapes))
+
     def elements(self, channels: tuple[int, ...]) -> list[tuple[int, ...]]:
         """The shape of one element of each result; `channels`: of a value."""
         shapes = {VALUE: channels, VECTOR: (3,), SCALAR: (), MATRIX: (*channels, 4, 4)}
         leaves, inputs = self.by or ((), ())
         slopes = [channels for _ in leaves] + [(*channels, self.widths[k]) for k in inputs]
         return [shapes[TERMS.get(kind, kind)] for kind in self.kinds] + slopes
+
+
+def sums_only(kinds: Sequence[str]) -> bool:
+    """Whether all results are sums of values over the last axis of the batch."""
+    return all(kind == TOTAL for kind in kinds)
 
 
 class Trace(NamedTuple):

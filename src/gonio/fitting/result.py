@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -17,15 +18,19 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared, checked
 from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
+from ..formula.text import listed
 from .covariance import correlations, spread_of
 from .losses import LOSSES, ROBUST
-from .notes import notes_of
 from .problem import Problem
 from .samples import names_of
 from .solver import Solved
+from .suspicions import suspicions
 
 ALIKE = 0.95
 """Correlation from which two numbers are hard to tell apart."""
+
+SHOWN = 4
+"""Pairs of such numbers that are told."""
 
 LONG_NUMBER = re.compile(r"(?<!\d)\d+\.\d{4,}(?:e[-+]?\d+)?")
 DEFAULT = ", masking='height_correlated'"
@@ -321,7 +326,37 @@ class Fit:
         >>> print(*gn.fit(data, gn.Lambertian()).notes)
         all values are 0.1: they hold no more than an albedo
         """
-        return tuple(notes_of(self))
+        return tuple(self._remarks())
+
+    def _remarks(self) -> Iterator[str]:
+        if not self.converged:
+            yield "the solver stopped before an optimum: more data, or fewer unknowns, would help"
+        if kept := self.problem.unknowns.kept:
+            yield f"kept as they are, as is usual for this model: {listed(kept)}; `by` asks for them"
+        for name, _, remark in self.rows():
+            if remark:
+                yield f"{name} is {remark}"
+        for a, b, r in self.alike[:SHOWN]:
+            yield f"the data hardly tell {a} and {b} apart (correlation {r:+.3f}): only their combination is sure"
+        if self.agreeing < 0.2 and self.problem.unknowns.is_linear.sum() < len(self.names):
+            share = f"{self.agreeing:.0%} of the starts ended here"
+            yield f"{share}: other optima are about; more starts may find a better one"
+        if self.loss == "likelihood" and self.free > 0:
+            ratio = self.cost / self.free
+            high = 1.0 + 5.0 * math.sqrt(2.0 / self.free)
+            if ratio > max(high, 1.2):
+                yield (
+                    f"chi2/free is {ratio:.3g}: the uncertainties are too small, or the model is wrong; times "
+                    f"{math.sqrt(ratio):.3g} the standard errors would allow for that"
+                )
+            elif ratio < 0.3 and self.free > 10:
+                yield f"chi2/free is {ratio:.2g}: the uncertainties are larger than the scatter of the data"
+        s = self.problem.samples
+        values = s.f[s.valid]
+        if np.ptp(values) <= 1e-9 * np.abs(values).max(initial=0.0):
+            yield f"all values are {values.flat[0]:g}: they hold no more than an albedo"
+        elif len(s) >= 16 and len(self.names) > 0:
+            yield from suspicions(self.problem, self.model, self.values)
 
     @property
     def alike(self) -> list[tuple[str, str, float]]:

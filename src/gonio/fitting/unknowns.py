@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -281,8 +280,3 @@ def likely(f: Free) -> tuple[float, float]:
     if f.is_log and f.high >= UNBOUNDED:
         high = min(f.high, 1e4 * size)
     return low, max(high, low)
-
-
-def is_unbounded(values: Sequence[float]) -> bool:
-    """Whether any of these bounds is infinite."""
-    return any(not math.isfinite(x) for x in values)

@@ -19,7 +19,7 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.state import note
 from ..polarization import realisable, to_frames
-from ..tables.interpolation import interpolated
+from ..tables.interpolation import Rows, interpolated
 from ..tables.polarimetric import KEPT, MIRRORED, Polarimetric
 from ..tables.scattered import Scattered
 from ._reading import channel_words, plain_text
@@ -115,10 +115,10 @@ class MuellerRows(Polarimetric, Scattered):
     def facet_matrices(self) -> np.ndarray:
         wi, wo = (direction(self.rows[:, k], self.rows[:, k + 1]) for k in (0, 2))
         M = to_frames(self.matrices, wi, wo, "facet", given="xyxy").reshape(len(wi), -1, 4, 4)
-        four = self.is_oriented()
         if self.is_mirrored:
             behind = np.sin(self.rows[:, 3] - self.rows[:, 1]) < 0.0
             M = np.where(behind[:, None, None, None], M * MIRRORED, M)
         flat = M.reshape(len(wi), -1)
-        nodes, _, _ = interpolated(self.rows, flat, None, self.axes, four, self.is_mirrored, self.outside)
+        rows = Rows(self.rows, flat, None, self.is_oriented(), self.is_mirrored, self.outside)
+        nodes, _, _ = interpolated(rows, self.axes)
         return nodes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from ..arrays.labels import Labels
 from ..errors import NotFoundError, ParameterError
@@ -12,9 +12,6 @@ from .exchange import Exchange
 from .fields import Channels, Field, Numbers, Param, Parameter, Part, Table
 from .text import listed, unknown
 from .value import Value
-
-if TYPE_CHECKING:
-    from .parametrised import Parametrised
 
 Place = tuple[str, Field, Any, "Tree"]
 """A field of a value or of one of its parts: its dotted path, its declaration, its value, and its owner."""
@@ -62,7 +59,7 @@ class Tree(Value):
             return self._kept[name].numbers
         return self.__dict__.get(name)
 
-    def _components(self) -> Iterator[Parametrised]:
+    def _components(self) -> Iterator[Any]:
         """The parts of this value."""
         return (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part))
 

@@ -67,13 +67,13 @@ def _weighted(table: Any, starts: Slices, index: Any) -> Any:
     return total
 
 
-def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1) -> Any:
+def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, of: tuple[Any, int] = (0, 1)) -> Any:
     """Value at (x, y) in [0, 1]^2 of a table with entries from 0 to 1; x runs along a row.
 
-    `shape`: (rows, columns); one column stands for all x. An entry may hold several `planes`, side by side; the value
-    is that of `plane`.
+    `shape`: (rows, columns); one column stands for all x. An entry may hold several planes, side by side; `of`: the
+    number of the plane that the value is of, and how many there are.
     """
-    rows, columns = shape
+    (rows, columns), (plane, planes) = shape, of
     row, v = _cell(y, rows)
     if columns == 1:
         low, high = (gather(table, at, planes * rows, row * planes + plane + k) for k in (0, planes))

@@ -18,7 +18,7 @@ from ..evaluate.labelled import takes_labels
 from . import by_arrays
 from .asked import Azimuth, Incidence, Tolerance, WithError, Zenith
 from .nine import kept_reflectance
-from .over_hemisphere import integrate
+from .over_hemisphere import integral
 
 
 @takes_labels("wi")
@@ -38,7 +38,7 @@ def albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, error: Wi
              either axis, at 0 to 89.99 degrees, none was off by more than 6e-5 for 1e-4 (`half_vectors.py`).
              Of many polar angles of an isotropic lobe some are integrated and the others lie between them, to the same
              tolerance: none of 125 random materials was off by more than 0.65 of it (`by_polar_angle.py`).
-             Places of a map share integrals (`integrals/sharing.py`), with an estimate for each: near the defaults of
+             Places of a map share integrals (`integrals/maps/`), with an estimate for each: near the defaults of
              all models but ShadingNormal, at 12 of 1500 places each, at most 2.4e-5 for 1e-4. With all of Hapke's
              parameters over their whole bounds one white-sky albedo of 40 was 1.3e-4 off, 1.5 times its estimate.
     Source   lecture 4, eq. 4.2; Nicodemus et al. 1977, NBS Monograph 160; the quadrature: `quadrature.cubature`.
@@ -64,7 +64,8 @@ def kept_albedo(m: Reflectance, wi: Any, tolerance: float, error: bool = False) 
         if lib.shape(wi)[-1:] != (3,):
             raise ShapeError(f"albedo: got directions of shape {lib.shape(wi)}, expected (..., 3)")
         return by_arrays.albedo(m, wi, by_arrays.DEFAULT)
-    return integrate(m, wi, tolerance, error=error)
+    found = integral(m, wi, tolerance)
+    return found if error else found.value
 
 
 @takes_labels(angles=("theta", "phi"))

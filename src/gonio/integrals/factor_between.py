@@ -11,10 +11,10 @@ from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..numerics.quadrature import NODES, Integrals, Sums, cubature, place, weighed
+from ..numerics.quadrature import NODES, Goal, Integrals, Sums, cubature, place, weighed
 from ..numerics.unique_rows import unique_rows
 from .cones import MIRROR, Cone, Geometry, Rings, overlap
-from .over_directions import Radiance, over_directions
+from .over_directions import Over, over_directions
 from .places import Places
 
 OUTER, INNER, DELTA = 0.7, 0.2, 0.1
@@ -25,34 +25,27 @@ FEW = 2
 
 
 def single_integral(
-    m: Reflectance,
-    fixed: np.ndarray,
-    places: Places,
-    over: Geometry,
-    incident: bool,
-    tolerance: Any,
-    delta: bool = True,
-    radiance: Radiance | None = None,
-    unit: float = 1.0,
-    side: int | None = None,
+    m: Reflectance, fixed: np.ndarray, places: Places, geometry: Geometry, over: Over, goal: Goal
 ) -> Integrals:
-    """Reflectance factors (n, C) between fixed directions and a geometry, times `radiance` of the light there.
-
-    `unit`: the radiance that the tolerance goes with.
-    """
-    size = over.projected / math.pi
-    value, error, missing = over_directions(
-        m, fixed, places, tolerance, incident, over.domain, radiance, size * unit, side
-    )
+    """Reflectance factors (n, C) between fixed directions and a geometry, times the radiance of the light there; the
+    unit of the goal is a radiance. `over`: which of both are light."""
+    size = geometry.projected / math.pi
+    value, error, missing = _smooth(m, fixed, places, geometry, over, goal)
     for weight, lobe in m.lobes():
-        if delta and lobe.is_delta:
+        if lobe.is_delta:
             mirrored = places.material(lobe).sample(fixed[:, None], np.zeros(2)).wi[:, 0]
             part = _delta(weight, lobe, fixed[:, None], places)[:, 0]
-            part = np.where(over.contains(mirrored)[:, None], part, 0.0)
-            if radiance is not None:
-                part = part * radiance(mirrored[:, None], places.elements)[:, 0]
+            part = np.where(geometry.contains(mirrored)[:, None], part, 0.0)
+            if over.radiance is not None:
+                part = part * over.radiance(mirrored[:, None], places.elements)[:, 0]
             value = value + part
     return Integrals(value / size, error / size, missing)
+
+
+def _smooth(m: Reflectance, fixed: np.ndarray, places: Places, geometry: Geometry, over: Over, goal: Goal) -> Integrals:
+    """The same without delta lobes, times the geometry's share of the hemisphere."""
+    goal = goal._replace(unit=geometry.projected / math.pi * goal.unit)
+    return over_directions(m, fixed, places, over._replace(domain=geometry.domain), goal)
 
 
 def _delta(weight: Any, lobe: Reflectance, w: np.ndarray, places: Places) -> np.ndarray:
@@ -85,9 +78,11 @@ def double_integral(m: Reflectance, of: Geometry, to: Geometry, places: Places, 
     outer, inner = (of, to) if outward else (to, of)
 
     def single(w: np.ndarray, there: Places) -> Integrals:
-        return single_integral(m, w, there, inner, outward, INNER * tolerance, delta=False, side=FEW)
+        found = _smooth(m, w, there, inner, Over(outward), Goal(INNER * tolerance, side=FEW))
+        size = inner.projected / math.pi
+        return Integrals(found.value / size, found.error / size, found.missing)
 
-    value, error, missing = averaged(m, outer, places, tolerance, inner.about_normal, single)
+    value, error, missing = averaged(m, outer, places, Goal(tolerance), inner.about_normal, single)
     mirrors = [(weight, lobe) for weight, lobe in m.lobes() if lobe.is_delta]
     for _, lobe in mirrors:
         _check_level(lobe)
@@ -103,13 +98,11 @@ def double_integral(m: Reflectance, of: Geometry, to: Geometry, places: Places, 
         total = sum((_delta(weight, lobe, w, places.of(rows)) for weight, lobe in mirrors), np.zeros(()))
         return Sums(weighed(total * (scale * area * solid)[..., None]), 0.0, 0.0)
 
-    delta = cubature(evaluate, len(places.elements), DELTA * tolerance, seam=seam)
+    delta = cubature(evaluate, len(places.elements), Goal(DELTA * tolerance), seam)
     return Integrals(value + delta.value, error + delta.error, missing)
 
 
-def averaged(
-    m: Reflectance, outer: Geometry, places: Places, tolerance: float, turns: bool, single: Any, unit: Any = 1.0
-) -> Integrals:
+def averaged(m: Reflectance, outer: Geometry, places: Places, goal: Goal, turns: bool, single: Any) -> Integrals:
     """Averages (n, C) over a geometry, weighed by the cosine, of the integrals `single(directions, places)`.
 
     `turns`: whether turning directions about the normal changes nothing but for the material.
@@ -134,4 +127,5 @@ def averaged(
         sums = weighed(value * area[..., None])
         return Sums(sums, (share * error[..., 0]).sum(axis=-1), (share * missing[..., 0]).sum(axis=-1))
 
-    return cubature(evaluate, len(places.elements), OUTER * tolerance, unit, around.seam, side=FEW)
+    goal = Goal(OUTER * goal.tolerance, goal.unit, FEW)
+    return cubature(evaluate, len(places.elements), goal, around.seam)

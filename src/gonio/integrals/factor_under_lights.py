@@ -13,10 +13,11 @@ from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
-from ..numerics.quadrature import Integrals, Sums, cubature, weighed
+from ..numerics.quadrature import Goal, Integrals, Sums, cubature, weighed
 from .cones import Geometry
 from .factor_between import FEW, INNER, averaged, single_integral, square_nodes
 from .illumination import estimate, have_channels
+from .over_directions import Over
 from .places import Places
 
 SAMPLES = (1 << 13, 1 << 20)
@@ -58,7 +59,7 @@ def factor_under(
                 f = places.material(m).f(w[None, None], to[:, None])[:, 0]
                 R = Integrals(math.pi * f.reshape(count, -1), np.zeros(count), np.zeros(count))
             else:
-                R = single_integral(m, np.broadcast_to(w, (count, 3)), places, to, True, tolerance)
+                R = single_integral(m, np.broadcast_to(w, (count, 3)), places, to, Over(True), Goal(tolerance))
             reflected = Integrals(R.value * E, R.error * E.max(), R.missing)
         elif light.can_sample:
             E, reflected = _by_samples(m, _Within(light, of), to, places, tolerance)
@@ -87,7 +88,7 @@ def _by_quadrature(
     u, _ = square_nodes(np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 1.0]]))
     w, solid = of.points(*u)
     size = float(np.abs(light.incident(w) * np.broadcast_to(solid, u[0].shape)[..., None]).mean())
-    E = cubature(evaluate, 1, 0.1 * tolerance, size, seam=of.seam).value[0]
+    E = cubature(evaluate, 1, Goal(0.1 * tolerance, size), of.seam).value[0]
     size = np.abs(E)  # the divisor of each channel of the factor
     unit = float(max(size.min(), 1e-3 * size.max())) / of.projected
 
@@ -95,12 +96,12 @@ def _by_quadrature(
         return light.incident(there)
 
     def single(w: np.ndarray, there: Places, share: float = INNER, side: int | None = FEW) -> Integrals:
-        return single_integral(m, w, there, of, False, share * tolerance, radiance=radiance, unit=unit, side=side)
+        return single_integral(m, w, there, of, Over(False, radiance=radiance), Goal(share * tolerance, unit, side))
 
     if isinstance(to, np.ndarray):
         value, error, missing = single(to, places, 1.0, None)
     else:
-        value, error, missing = averaged(m, to, places, tolerance, False, single, unit)
+        value, error, missing = averaged(m, to, places, Goal(tolerance, unit), False, single)
     return E, Integrals(value * of.projected, error * of.projected, missing)
 
 

@@ -30,10 +30,10 @@ from ..pictures.colour import transformed
 from .by_arrays import reflected
 from .cones import Hemisphere
 from .glows import channels_of, glows, widths
+from .maps import Wanted, over_places
 from .over_directions import Radiance
 from .over_hemisphere import Integral, integrate, mean_radiance
 from .places import Places
-from .sharing import Wanted, over_places
 
 SAMPLED = 6e-3
 """Error of a lobe at a place on a map, relative to the mean radiance of a light that is sampled 4096 times."""

@@ -16,15 +16,16 @@ from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
-from ..numerics.quadrature import Integrals
+from ..numerics.quadrature import Goal, Integrals
 from .cones import Cone, Hemisphere
 from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under
 from .glows import channels_of, taken_apart
 from .illumination import as_lights, check_channels, have_channels
+from .maps import Wanted, over_places
+from .over_directions import Over
 from .over_hemisphere import Integral, check_tolerance, directions, in_double, of_whole, report
 from .places import Places
-from .sharing import Wanted, over_places
 
 
 @takes_labels()
@@ -178,9 +179,9 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
             channels = channels or coloured
             return R
         if wi is not None:
-            return single_integral(lobe, here, places, to, True, tolerance)
+            return single_integral(lobe, here, places, to, Over(True), Goal(tolerance))
         if wo is not None:
-            return single_integral(lobe, here, places, of, False, tolerance)
+            return single_integral(lobe, here, places, of, Over(False), Goal(tolerance))
         return double_integral(lobe, of, to, places, tolerance)
 
     sides = (fixed if wi is not None else of), (fixed if wo is not None else to)

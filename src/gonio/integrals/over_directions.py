@@ -16,7 +16,7 @@ from ..evaluate import batch
 from ..evaluate.tracing import Task
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Channels, Numbers
-from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, of_squares, place, weighed
+from ..numerics.quadrature import NODES, Evaluate, Goal, Integrals, Sums, cubature, in_order, of_squares, place, weighed
 from . import half_vectors
 from .by_polar_angle import Direct, by_polar_angle, is_even
 from .domain import SAMPLED, Coordinates, Domain
@@ -36,36 +36,32 @@ Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Radiance (n, k, 1 or C) from directions (n, k, 3), for the places (n,) of a flattened batch that they belong to."""
 
 
-def over_directions(
-    m: Reflectance,
-    fixed: np.ndarray,
-    places: Places,
-    tolerance: Any,
-    incident: bool,
-    domain: Domain = SAMPLED,
-    radiance: Radiance | None = None,
-    unit: Any = 1.0,
-    side: int | None = None,
-) -> Integrals:
-    """Integrals (n, C) of f cos over the directions of a domain, for fixed directions (n, 3), without delta lobes.
+class Over(NamedTuple):
+    """What is integrated over: the directions of a domain, of the viewer where the fixed ones are `incident`, else of
+    light, whose `radiance` is a factor then."""
 
-    `tolerance`, `unit`, `side`: see `cubature`.
-    """
+    incident: bool
+    domain: Domain = SAMPLED
+    radiance: Radiance | None = None
+
+
+def over_directions(m: Reflectance, fixed: np.ndarray, places: Places, over: Over, goal: Goal) -> Integrals:
+    """Integrals (n, C) of f cos over directions, for fixed ones (n, 3) at places, without delta lobes."""
     count = len(fixed)
-    tolerance, unit = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in (tolerance, unit))
+    goal = goal.of(count)
     lobes = [(places.values(w), lobe) for w, lobe in m.lobes() if not lobe.is_delta]
     value, error, missing = np.zeros((count, 1)), np.zeros(count), np.zeros(count)
     for weight, lobe in lobes:
         largest = np.abs(weight).max(axis=-1)
         if not largest.any():
             continue
-        goal = tolerance / (len(lobes) * np.fmax(largest, 1e-300))
-        whole = _Integrand(lobe, fixed, places, incident, domain, radiance)
+        of_lobe = goal._replace(tolerance=goal.tolerance / (len(lobes) * np.fmax(largest, 1e-300)))
+        whole = _Integrand(lobe, fixed, places, over)
         found = None
-        if count and domain is SAMPLED and radiance is None:
-            found = lobe._collected(fixed, incident, float(goal.min()), whole.each)
+        if count and over.domain is SAMPLED and over.radiance is None:
+            found = lobe._collected(fixed, over.incident, float(of_lobe.tolerance.min()), whole.each)
         if found is None:
-            found = _beside(part.integrals(goal, unit, side) for part in whole.alike())
+            found = _beside(part.integrals(of_lobe) for part in whole.alike())
         value = value + weight * found.value
         error = error + largest * found.error
         missing = np.maximum(missing, found.missing)
@@ -94,18 +90,16 @@ def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
 
 
 class _Integrand(NamedTuple):
-    """f cos of a lobe over a domain, for fixed directions (n, 3) at places, times `radiance` of the light there."""
+    """f cos of a lobe over directions, for fixed ones (n, 3) at places."""
 
     lobe: Reflectance
     fixed: np.ndarray
     places: Places
-    incident: bool
-    domain: Domain
-    radiance: Radiance | None
+    over: Over
 
     def of(self, first: int, last: int) -> _Integrand:
         """That of channels from `first` to before `last`; (0, 0): of all."""
-        lobe, radiance = self.lobe, self.radiance
+        lobe, radiance = self.lobe, self.over.radiance
         if not last:
             return self
 
@@ -113,7 +107,8 @@ class _Integrand(NamedTuple):
             return value[..., first:last] if np.ndim(value) and value.shape[-1] > 1 else value
 
         light = None if radiance is None else lambda there, index: channels(radiance(there, index))
-        return self._replace(lobe=lobe.rebuilt(lambda _, field, value: channels(value)), radiance=light)
+        only = lobe.rebuilt(lambda _, field, value: channels(value))
+        return self._replace(lobe=only, over=self.over._replace(radiance=light))
 
     def alike(self) -> Iterator[_Integrand]:
         """Those of the groups of channels that are integrated together."""
@@ -124,31 +119,31 @@ class _Integrand(NamedTuple):
         goals, unit = np.full(len(fixed), goal), np.ones(len(fixed))
         return _beside(part.at(None)(fixed, goals, unit) for part in self.alike())
 
-    def integrals(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
+    def integrals(self, goal: Goal) -> Integrals:
         """Over a part of the directions in that part's coordinates, in which its rim is no jump; but in the lobe's own
         where it is narrow and leaves at grazing: too thin then to be found in others."""
-        domain, lobe = self.domain, self.lobe
+        domain, lobe = self.over.domain, self.lobe
         if domain.coordinates is None:
-            if len(self.fixed) > 1 and self.radiance is None and not batch.full_shape(lobe, ()) and is_even(lobe):
-                return by_polar_angle(lobe, self.fixed, tolerance, unit, self.at(side))
-            return self.over_hemisphere(tolerance, unit, side)
+            if len(self.fixed) > 1 and self.over.radiance is None and not batch.full_shape(lobe, ()) and is_even(lobe):
+                return by_polar_angle(lobe, self.fixed, goal.tolerance, goal.unit, self.at(goal.side))
+            return self.over_hemisphere(goal)
         seeds, sent = peaks(lobe, self.fixed, self.places, domain)
         narrow = (np.median(seeds[..., 2:].min(axis=-1), axis=-1) < SHARP) & (self.fixed[:, 2] < GRAZING) & sent
         groups = []
         for rows in filter(len, (np.flatnonzero(narrow), np.flatnonzero(~narrow))):
-            goal = len(rows), tolerance[rows], unit[rows]
+            here = len(rows), goal.at(rows)
             if narrow[rows[0]]:
-                group = cubature(self.sums(domain.within, rows), *goal, lobe.seam, side=side)
+                group = cubature(self.sums(domain.within, rows), *here, lobe.seam)
             else:
-                group = cubature(self.sums(domain.coordinates, rows), *goal, domain.seam, seeds[rows], side)
+                group = cubature(self.sums(domain.coordinates, rows), *here, domain.seam, seeds[rows])
             groups.append((rows, group))
         return in_order(groups)
 
     def at(self, side: int | None) -> Direct:
         """`over_hemisphere` for other fixed directions."""
-        return lambda fixed, goal, unit: self._replace(fixed=fixed).over_hemisphere(goal, unit, side)
+        return lambda fixed, goal, unit: self._replace(fixed=fixed).over_hemisphere(Goal(goal, unit, side))
 
-    def over_hemisphere(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
+    def over_hemisphere(self, goal: Goal) -> Integrals:
         """By rules in coordinates of half vectors, where the lobe has these; the rest in the lobe's own sampling.
 
         A finer rule is for errors that promise to shrink enough: with twice the nodes those of smooth integrands
@@ -156,29 +151,30 @@ class _Integrand(NamedTuple):
         """
         every, groups = np.arange(len(self.fixed)), []
         finer, before = every, np.full(len(every), math.inf)
-        kernel = _kernel(half_vectors.coordinates, _whole, self.incident, False)
-        for nodes in half_vectors.rules(self.lobe) if self.radiance is None else ():
+        kernel = _kernel(half_vectors.coordinates, _whole, self.over.incident, False)
+        for nodes in half_vectors.rules(self.lobe) if self.over.radiance is None else ():
             if not len(finer):
                 break
             found = of_squares(
                 self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))), half_vectors.HIGHEST[0]
             )
-            goal = tolerance[finer] * np.maximum(unit[finer], np.abs(found.value).max(axis=-1))
-            done, smooth = ~(found.error > goal), (found.error**2 < goal) & (found.error < 0.1 * before[finer])
+            here = goal.at(finer)
+            allowed = here.tolerance * np.maximum(here.unit, np.abs(found.value).max(axis=-1))
+            done, smooth = ~(found.error > allowed), (found.error**2 < allowed) & (found.error < 0.1 * before[finer])
             groups.append((finer[done], Integrals(*(x[done] for x in found))))
             before[finer] = np.where(done, -1.0, found.error)
             finer = finer[~done & smooth]
         left = np.flatnonzero(before >= 0.0)
         if len(left):
-            sums = self.sums(self.domain.within, left)
-            rest = cubature(sums, len(left), tolerance[left], unit[left], self.lobe.seam, side=side)
+            sums = self.sums(self.over.domain.within, left)
+            rest = cubature(sums, len(left), goal.at(left), self.lobe.seam)
             groups.append((left, rest))
         return in_order(groups)
 
     def sums(self, coordinates: Coordinates, used: np.ndarray) -> Evaluate:
         """The function that `cubature` evaluates, for the fixed directions number `used`."""
         across = self.lobe.sides == "across"
-        kernel = _kernel(coordinates, place, self.incident, self.radiance is not None, across)
+        kernel = _kernel(coordinates, place, self.over.incident, self.over.radiance is not None, across)
         return lambda rows, cells: self.summed(kernel, CHUNKS, NODES, used[rows], cells)
 
     def summed(
@@ -205,13 +201,13 @@ class _Integrand(NamedTuple):
         self, kernel: Callable, nodes: np.ndarray, m: Reflectance, rows: np.ndarray, cells: np.ndarray
     ) -> Sequence[np.ndarray]:
         """Sums (k, SUMS, C) over cells, and the share of each without data (k,)."""
-        inputs = (self.fixed[rows][:, None], cells[:, None], nodes, self.domain.numbers[None, None])
+        inputs = (self.fixed[rows][:, None], cells[:, None], nodes, self.over.domain.numbers[None, None])
         widths = (3, 6, nodes.shape[1], 16)
-        if self.radiance is None:
+        if self.over.radiance is None:
             *totals, absent = batch.run(Task(kernel, (TOTAL,) * (nodes.shape[1] - 1), widths), m, inputs)
             return np.stack([with_channels(t, 1) for t in totals], axis=1), with_channels(absent, 1).max(axis=-1)
         there, values, absent = batch.run(Task(kernel, (VECTOR, VALUE, VALUE), widths), m, inputs)
-        light = self.radiance(there, self.places.elements[rows])
+        light = self.over.radiance(there, self.places.elements[rows])
         return weighed(with_channels(values, 2) * light), with_channels(absent, 2).max(axis=-1) @ NODES[:, 2]
 
 

@@ -26,11 +26,11 @@ from ..formula.direction import HORIZON
 from ..formula.warp import cosine_hemisphere
 from ..machine import memory
 from ..numerics.lattice import lattice
-from ..numerics.quadrature import Integrals
+from ..numerics.quadrature import Goal, Integrals
 from .cones import Hemisphere
-from .over_directions import Radiance, over_directions
+from .maps import Wanted, over_places
+from .over_directions import Over, Radiance, over_directions
 from .places import Places
-from .sharing import Wanted, over_places
 
 TIGHTEST = 1e-13
 """The smallest tolerance."""
@@ -46,25 +46,24 @@ class Integral(NamedTuple):
     error: Any
 
 
-def integrate(
+def integral(
     m: Reflectance,
     w: Any,
     tolerance: float = 1e-4,
     incident: bool = True,
     radiance: Radiance | None = None,
-    error: bool = False,
     sides: str = "front",
-) -> Any:
+) -> Integral:
     """Integral over the hemisphere of f cos, times `radiance(w', index)` if given, lobe by lobe; see `albedo`.
 
     `incident`: whether w is the incident direction and the integral runs over wo, or the other way round. Under a
-    radiance the tolerance is relative to its mean over the hemisphere. With `error` an `Integral`. `sides`: "front" for
-    the hemisphere of w, "across" for the other one.
+    radiance the tolerance is relative to its mean over the hemisphere. `sides`: "front" for the hemisphere of w,
+    "across" for the other one.
     """
     check_tolerance(tolerance)
     w = directions(w, m.sides != "front" or sides != "front")
     if m.sides == "front" and sides == "front":
-        return _integrate(m, w, tolerance, incident, radiance, error)
+        return _integrate(m, w, tolerance, incident, radiance)
     across = incident and sides == "across"  # then the viewer is on the other side of the surface
     parts = []
     behind = w[..., 2] < 0.0
@@ -72,9 +71,21 @@ def integrate(
         if behind.any() if back else not (behind.size and behind.all()):
             seen = lobes_on(m, sides, back != across)
             light = radiance if radiance is None or not back else _turned(radiance)
-            parts.append(_integrate(seen, turned(w) if back else w, tolerance, incident, light, True, m))
+            parts.append(_integrate(seen, turned(w) if back else w, tolerance, incident, light, m))
     value, errors = (sum(x[1:], x[0]) for x in zip(*parts, strict=True))
-    return Integral(value, errors) if error else value
+    return Integral(value, errors)
+
+
+def integrate(
+    m: Reflectance,
+    w: Any,
+    tolerance: float = 1e-4,
+    incident: bool = True,
+    radiance: Radiance | None = None,
+    sides: str = "front",
+) -> Any:
+    """The value of `integral`."""
+    return integral(m, w, tolerance, incident, radiance, sides).value
 
 
 def turned(w: np.ndarray) -> np.ndarray:
@@ -92,9 +103,8 @@ def _integrate(
     tolerance: float,
     incident: bool,
     radiance: Radiance | None,
-    error: bool,
     whole: Reflectance | None = None,
-) -> Any:
+) -> Integral:
     """The integral of lobes of one side; `whole`: the reflectance that they are of."""
     whole = m if whole is None else whole
     shape = batch.full_shape(m, w.shape[:-1])
@@ -105,7 +115,8 @@ def _integrate(
 
     def direct(lobe: Reflectance, number: np.ndarray, places: Places, tolerance: float) -> Integrals:
         light = None if radiance is None else lambda there, index: radiance(there, number[index])
-        return over_directions(lobe, flat[number], places, tolerance, incident, radiance=light, unit=unit[number])
+        over, goal = Over(incident, radiance=light), Goal(tolerance, unit[number])
+        return over_directions(lobe, flat[number], places, over, goal)
 
     of, to = (flat, Hemisphere()) if incident else (Hemisphere(), flat)
     coloured = radiance is not None
@@ -135,7 +146,7 @@ def _integrate(
     if whole is not m:
         value, errors = of_whole(value, errors, whole, w.shape[:-1])
     value = value if channels else value[..., 0][()]
-    return Integral(value, errors[()]) if error else value
+    return Integral(value, errors[()])
 
 
 def of_whole(

@@ -15,7 +15,7 @@ from ..formula.direction import Direction
 from ..formula.fields import param
 from .albedo import kept_albedo
 from .asked import Incidence, Tolerance, WithError
-from .over_hemisphere import Integral, directions, integrate
+from .over_hemisphere import Integral, directions, integral
 
 
 @checked
@@ -37,7 +37,8 @@ def photon_albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, er
     >>> print(gn.photon_albedo(ink, [0, 0, 1]).round(4))  # 0.2 + 0.3 550/400
     [0.6125 0.6   ]
     """
-    return integrate(counted(m) if m.fluoresces else m, wi, tolerance, error=error)
+    found = integral(counted(m) if m.fluoresces else m, wi, tolerance)
+    return found if error else found.value
 
 
 def counted(m: Reflectance) -> Reflectance:
@@ -61,7 +62,7 @@ def reradiated_energy(m: Reflectance, wi: Any, tolerance: float, error: bool) ->
     light from behind."""
     wi = directions(wi, True)
     in_front = np.where(wi[..., 2:] > 0.0, wi, [0.0, 0.0, 1.0]).astype(wi.dtype)
-    R = integrate(_Leaving(of=m, worth=1.0).sent(), in_front, tolerance, error=True)
+    R = integral(_Leaving(of=m, worth=1.0).sent(), in_front, tolerance)
     value = np.where(wi[..., 2:] > 0.0, R.value, 0.0)
     return Integral(value, R.error) if error else value
 

@@ -104,17 +104,18 @@ def _summed(carried: Any, clear: Any, place: Any) -> tuple[Any, ...]:
     return carried, *(ops.where(x, arrives, 0.0) for x in near)
 
 
-def _whole(scene: Any, mean: Any, shift: Any, corners: Any, n: Any, lamp: Any, u: Any) -> tuple[Any, ...]:
-    o, way, carried, place = _carried(shift, corners, n, lamp, u)
+def _whole(scene: Any, mean: Any, *ray: Any) -> tuple[Any, ...]:
+    o, way, carried, place = _carried(*ray)
     return _summed(carried, ~ops.blocked(scene.triangles, o, way, 0.0, 1.0), place)
 
 
-def _sent(scene: Any, mean: Any, shift: Any, corners: Any, n: Any, lamp: Any, u: Any) -> tuple[Any, ...]:
-    return _carried(shift, corners, n, lamp, u)[:2]
+def _sent(scene: Any, mean: Any, *ray: Any) -> tuple[Any, ...]:
+    return _carried(*ray)[:2]
 
 
-def _sums(scene: Any, mean: Any, shift: Any, corners: Any, n: Any, lamp: Any, u: Any, clear: Any) -> tuple[Any, ...]:
-    _, _, carried, place = _carried(shift, corners, n, lamp, u)
+def _sums(scene: Any, mean: Any, *ray_and_clear: Any) -> tuple[Any, ...]:
+    *ray, clear = ray_and_clear
+    _, _, carried, place = _carried(*ray)
     return _summed(carried, clear[0] > 0.5, place)
 
 

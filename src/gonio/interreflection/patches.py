@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -47,6 +48,7 @@ class Halvings(NamedTuple):
         return Halvings(np.concatenate([self.lines, lines]), np.concatenate([links, below_and_above]), slot)
 
 
+@dataclass(eq=False)
 class Patches:
     """Triangles `corners` (n, 3, 3), each of a part and a face (n,) of the scene, whose triangles are `faces`: as seen
     from their place, but for those of `world`.
@@ -54,17 +56,12 @@ class Patches:
     `places` (n, 3, 2): the corners (u, v) on the face; `halvings`: how the faces became patches.
     """
 
-    def __init__(
-        self,
-        faces: Triangles,
-        corners: np.ndarray,
-        part: np.ndarray,
-        face: np.ndarray,
-        places: np.ndarray,
-        halvings: Halvings,
-    ):
-        self.faces, self.corners, self.part, self.face = faces, corners, part, face
-        self.places, self.halvings = places, halvings
+    faces: Triangles
+    corners: np.ndarray
+    part: np.ndarray
+    face: np.ndarray
+    places: np.ndarray
+    halvings: Halvings
 
     def __len__(self) -> int:
         return len(self.corners)

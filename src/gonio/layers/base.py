@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def reflected(
     def matrices(orders: range) -> np.ndarray:
         if orders.start >= spent[0]:
             return np.zeros((1, len(orders), len(mu), len(mu)))
-        found = _series(base, mu, i, o, k, orders, by)
+        found = _series(base, mu, Pairs(i, o, k), orders, by)
         size = np.abs(found).max(axis=(0, 2))
         if orders.start == 0 and (size[len(size) // 2 :] < RINGS * size[0]).all():
             spent[0] = orders.stop
@@ -54,11 +54,18 @@ def reflected(
     return matrices, _mirror(base, mu, by)
 
 
-def _series(
-    m: Reflectance, mu: np.ndarray, i: np.ndarray, o: np.ndarray, k: np.ndarray, orders: range, by: str | None
-) -> np.ndarray:
+class Pairs(NamedTuple):
+    """Pairs of nodes: the places of light and viewer, and the class of each (`interfaces.classes`)."""
+
+    i: np.ndarray
+    o: np.ndarray
+    k: np.ndarray
+
+
+def _series(m: Reflectance, mu: np.ndarray, pairs: Pairs, orders: range, by: str | None) -> np.ndarray:
     """Integrals of f cos(m phi) over the circle, (C, orders, pairs)."""
     result: Any = None
+    i, o, k = pairs
     wi = _direction(mu, np.zeros(1))
     for shared in np.unique(k):
         of_class = np.flatnonzero(k == shared)

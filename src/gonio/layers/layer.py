@@ -121,3 +121,7 @@ class Medium(Layer):
             rule = "expected two numbers that are not negative, and not both 0"
             raise ParameterError(f"Medium.kubelka_munk(K={shown(K)}, S={shown(S)}): {rule}")
         return cls(depth[()], (scattered / depth)[()])
+
+
+AnyLayer = Interface | RoughInterface | Medium
+"""A layer of any kind."""

@@ -13,6 +13,7 @@ from ..arrays import Fixed, ops
 from ..base.reflectance import Reflectance
 from ..errors import TooLargeError
 from ..formula.direction import Direction
+from ..formula.fields import channels as channel_field
 from ..formula.fresnel.dielectric import fresnel_dielectric
 from ..formula.mueller import Mueller
 from ..formula.state import inferred, state
@@ -21,7 +22,7 @@ from ..numerics.quadrature import Integrals
 from . import polarized
 from .base import STEP, reflected
 from .grid import SAME
-from .layer import Layer, Medium, RoughInterface
+from .layer import AnyLayer, Medium, RoughInterface
 from .response import Part, Response, Rough, Scatterers, Smooth, response
 from .shared import Each, Shared, shared
 from .table import shape_for, tabulated
@@ -48,26 +49,26 @@ class _Layered(Reflectance):
     bends: bool = state(True)
     """Whether light in front, or behind, can be reflected totally: tables then have panels."""
 
-    base: Any  # fields, of each stack its own
-    channel: Any
+    base: Reflectance | None = None
+    """What lies under the layers, a field of stacks that have one."""
+    channel = channel_field("number of the channel")
     splines: Any  # tables, of bound materials only
     shape: Any
 
     @inferred
     def channel_names(self) -> tuple[Any, ...] | None:
         """Those of the base."""
-        base = self.__dict__.get("base")
-        return None if base is None else base.channel_names
+        return None if self.base is None else self.base.channel_names
 
     @property
-    def layers(self) -> tuple[Layer, ...]:
+    def layers(self) -> tuple[AnyLayer, ...]:
         """The layers, from the top down.
 
         Example
         >>> print(gn.Stack([gn.Interface(1.5)], gn.Lambertian(0.5)).layers)
         (Interface(eta=1.5),)
         """
-        return tuple(self.__dict__[name] for name in self.fields if name not in ("base", "channel", "weight"))
+        return tuple(part for part in self._components() if isinstance(part, AnyLayer))
 
     @property
     def sides(self) -> str:
@@ -77,11 +78,11 @@ class _Layered(Reflectance):
         >>> print(gn.Stack([gn.Medium(1.0)]).sides)
         both
         """
-        return "front" if "base" in self.fields else "both"
+        return "both" if self.base is None else "front"
 
     @property
     def index(self) -> Any:
-        if "base" in self.fields:
+        if self.base is not None:
             return 1.0
         last = self._indices()[-1]
         return 1.0 / last if self.behind else last
@@ -101,15 +102,15 @@ class _Layered(Reflectance):
         found: list[Any] = [1.0]
         for layer in self.layers:
             if not isinstance(layer, Medium):
-                found.append(found[-1] * layer.__dict__["eta"])
+                found.append(found[-1] * layer.eta)
         return found
 
-    def _seen(self) -> tuple[Layer, ...]:
+    def _seen(self) -> tuple[AnyLayer, ...]:
         """The layers, from the side of the viewer on."""
         if not self.behind:
             return self.layers
         return tuple(
-            layer if isinstance(layer, Medium) else layer._changed({"eta": 1.0 / layer.__dict__["eta"]})
+            layer if isinstance(layer, Medium) else layer._changed({"eta": 1.0 / layer.eta})
             for layer in reversed(self.layers)
         )
 
@@ -174,8 +175,8 @@ class _Layered(Reflectance):
 
     def _computed(self, channel: int, path: str | None) -> Response:
 
-        def number(layer: Layer, at: int, name: str) -> complex:
-            values = np.atleast_1d(np.asarray(layer.__dict__[name], float))
+        def number(layer: AnyLayer, at: int, name: str) -> complex:
+            values = np.atleast_1d(np.asarray(getattr(layer, name), float))
             return complex(values[channel % len(values)], STEP if path == f"{at}.{name}" else 0.0)
 
         parts: list[Part] = []
@@ -187,9 +188,8 @@ class _Layered(Reflectance):
                 parts.append(Rough(eta, alpha, layer.further == "kept"))
             else:
                 parts.append(Smooth(number(layer, at, "eta")))
-        if "base" not in self.fields:
+        if (m := self.base) is None:
             return response(parts, None, self.tolerance)
-        m = self.__dict__["base"]
         by = path.removeprefix("base.") if path is not None and path.startswith("base.") else None
 
         def base(grid: Any, n: complex) -> tuple[Callable[[range], np.ndarray], np.ndarray]:
@@ -235,8 +235,8 @@ class _Lobe(_Layered):
             if isinstance(layer, Medium):
                 passed = passed * ops.exp(-layer.depth / to.z)
             else:
-                reflectance = fresnel_dielectric(to.z, layer.__dict__["eta"])
-                n = n * layer.__dict__["eta"]
+                reflectance = fresnel_dielectric(to.z, layer.eta)
+                n = n * layer.eta
                 z2 = 1.0 - s2 / (n * n)
                 inside = z2 > 1e-12
                 to = Direction(w.x / n, w.y / n, ops.sqrt(ops.where(inside, z2, 1.0)))

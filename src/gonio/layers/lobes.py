@@ -16,14 +16,14 @@ from ..models.hanrahan_krueger import passed_once, scattered_once
 from ..models.microfacet import Microfacet
 from ..models.rough_dielectric import facets, refracted
 from . import polarized
-from .layer import Layer, Medium, RoughInterface
+from .layer import Medium, RoughInterface
 from .layered import _Lobe, upward
 
 
 class _Passing(_Lobe):
     """A lobe of light that goes straight through some layers."""
 
-    def rough(self) -> Layer:
+    def rough(self) -> RoughInterface:
         """The first rough interface, from the side of the viewer on."""
         return next(layer for layer in self._seen() if isinstance(layer, RoughInterface))
 
@@ -32,9 +32,8 @@ class _Passing(_Lobe):
         *above, (_, below, _) = self.passage(wo)
         found: Any = 0.0 * wo.z + 0.0 * self.channel
         passed = found + 1.0
-        base = self.__dict__.get("base")
-        if base is not None and len(above) == len(self.layers):
-            for weight, lobe in base.lobes():
+        if self.base is not None and len(above) == len(self.layers):
+            for weight, lobe in self.base.lobes():
                 if lobe.is_delta:
                     found = found + weight * lobe.mirror(below)
         for layer, (_, w, _) in reversed(list(zip(self._seen(), above, strict=False))):
@@ -42,7 +41,7 @@ class _Passing(_Lobe):
                 found = found * ops.exp(-2.0 * layer.depth / w.z)
                 passed = passed * ops.exp(-layer.depth / w.z)
             else:
-                once = fresnel_dielectric(w.z, layer.__dict__["eta"])
+                once = fresnel_dielectric(w.z, layer.eta)
                 again = 1.0 - once * found
                 passed = (1.0 - once) * passed / again
                 found = once + (1.0 - once) * (1.0 - once) * found / again
@@ -50,10 +49,9 @@ class _Passing(_Lobe):
 
     def polarized_mirrored_and_passed(self, wo: Direction) -> tuple[Mueller, Mueller]:
         """The same for polarised light, in matrices whose first elements differ: bounces are of s and of p apart."""
-        passage, base = self.passage(wo), self.__dict__.get("base")
-        mirror = None
-        if base is not None and len(passage) == len(self.layers) + 1:
-            mirror = polarized.mirror_of(base.lobes(), passage[-1][1])
+        passage, mirror = self.passage(wo), None
+        if self.base is not None and len(passage) == len(self.layers) + 1:
+            mirror = polarized.mirror_of(self.base.lobes(), passage[-1][1])
         return polarized.mirrored_and_passed(self._seen(), passage, mirror)
 
 
@@ -77,15 +75,14 @@ class _Mirrors(_Passing):
         return self.mirror(wo)
 
 
-def ground(layer: Layer) -> GGX:
+def ground(layer: RoughInterface) -> GGX:
     """The facets of a rough interface."""
-    alpha = layer.__dict__["alpha"]
-    return GGX.unchecked(alpha_x=alpha, alpha_y=alpha)
+    return GGX.unchecked(alpha_x=layer.alpha, alpha_y=layer.alpha)
 
 
-def mirroring(layer: Layer) -> Reflectance:
+def mirroring(layer: RoughInterface) -> Reflectance:
     """What a rough interface reflects at once."""
-    fresnel = Dielectric.unchecked(eta=layer.__dict__["eta"])
+    fresnel = Dielectric.unchecked(eta=layer.eta)
     return Microfacet.unchecked(distribution=ground(layer), fresnel=fresnel, masking="separable")
 
 
@@ -124,6 +121,8 @@ class _Reflected(_Passing):
 
 class _Seen(_Passing):
     """A lobe of the base, straight through smooth interfaces and media, both ways."""
+
+    base: Reflectance
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         (lit, ti, n), (seen, to, _) = self.passage(wi)[-1], self.passage(wo)[-1]
@@ -253,7 +252,7 @@ class _Refracted(_Across):
     @property
     def refracting(self) -> Reflectance:
         layer = self.rough()
-        _, (_, lobe) = facets(ground(layer), layer.__dict__["eta"])
+        _, (_, lobe) = facets(ground(layer), layer.eta)
         return lobe
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

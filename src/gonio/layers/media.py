@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,9 +12,10 @@ from .grid import Grid
 
 
 def slab(
-    grid: Grid, n: complex, depth: complex, albedo: complex, g: complex, orders: range, terms: int
+    grid: Grid, n: complex, medium: Sequence[complex], orders: range, terms: int
 ) -> tuple[Matrices, np.ndarray, Matrices]:
-    """A slab of optical depth `depth`, of particles that scatter the share `albedo` by Henyey & Greenstein's function.
+    """A slab of a medium, (depth, albedo, g): of this optical depth, of particles that scatter the share `albedo` by
+    Henyey & Greenstein's function.
 
     The equation of transfer of an order is u' = -A u + B v, v' = A v - B u, u downwards, v upwards. Even and odd
     illumination part: with P = A + B, Q = A - B the slab between -h and h has
@@ -23,7 +25,7 @@ def slab(
     and T - R the same with P and Q exchanged. Also returns what goes straight through, at each node, and the matrices
     of what was scattered once.
     """
-    mu, root = grid.mu(n), grid.root(n)
+    (depth, albedo, g), mu, root = medium, grid.mu(n), grid.root(n)
     beyond = g**terms  # of the phase function, forward: what a series that ends misses (Wiscombe 1977, delta-M)
     depth, albedo = (1.0 - albedo * beyond) * depth, albedo * (1.0 - beyond) / (1.0 - albedo * beyond)
     ahead, back = scattering(mu, root, n, g, orders, terms)

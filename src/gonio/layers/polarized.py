@@ -15,14 +15,14 @@ from ..formula.direction import Direction
 from ..formula.fresnel.dielectric import fresnel_dielectric, interface_mueller
 from ..formula.mueller import Mueller, diattenuator, scaled_to, turned_axes
 from ..formula.sparse import minus, times
-from .layer import Interface, Layer, Medium
+from .layer import AnyLayer, Interface, Medium
 
 UNCHANGED = turned_axes(1.0, 0.0)
 Passage = Sequence[tuple[Any, Direction, Any]]
 """Share, direction and index, for each layer that light gets straight to."""
 
 
-def crossed(layers: Iterable[Layer], passage: Passage) -> list[Mueller]:
+def crossed(layers: Iterable[AnyLayer], passage: Passage) -> list[Mueller]:
     """For each layer of a passage, what the smooth interfaces before it do to s and p, over their transmittance."""
     ratio: Any = 1.0
     found = [UNCHANGED]
@@ -36,7 +36,7 @@ def crossed(layers: Iterable[Layer], passage: Passage) -> list[Mueller]:
     return found
 
 
-def crossed_first(layers: Iterable[Layer], passage: Passage) -> Mueller:
+def crossed_first(layers: Iterable[AnyLayer], passage: Passage) -> Mueller:
     """What the smooth interfaces on top do together, down to the first other layer."""
     layers, count = list(layers), 0
     while count < len(layers) and isinstance(layers[count], Interface):
@@ -70,7 +70,9 @@ def together(closed: Iterable[Mueller], rest: Mueller) -> Mueller:
     return scaled_to(total, f).where(below) + (total + rest).where(~below) + alone
 
 
-def mirrored_and_passed(layers: Sequence[Layer], passage: Passage, mirror: Mueller | None) -> tuple[Mueller, Mueller]:
+def mirrored_and_passed(
+    layers: Sequence[AnyLayer], passage: Passage, mirror: Mueller | None
+) -> tuple[Mueller, Mueller]:
     """What delta lobes reflect of light along a passage, and what they let through, of all layers; `mirror`: those of
     what is below.
 
@@ -84,7 +86,7 @@ def mirrored_and_passed(layers: Sequence[Layer], passage: Passage, mirror: Muell
             once = ops.exp(-layer.depth / above.z)
             found, passed = found * (once * once), passed * once
             continue
-        eta, c, ct = layer.__dict__["eta"], above.z, below.z
+        eta, c, ct = layer.eta, above.z, below.z
         J = interface_mueller(c, (eta - 1.0) * (eta + 1.0))
         T = diattenuator(eta * c + ct, c + eta * ct) * (1.0 - fresnel_dielectric(c, eta))
         passed = T @ _again(found @ J) @ passed

@@ -253,11 +253,11 @@ def _layers(parts: Sequence[Part], grid: Grid, whole: Sequence[complex], toleran
 
 
 def _medium(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
-    depth, albedo, g = _real(part)
+    medium = _real(part)
     none = nothing(grid.count(at), through=0.0)
 
     def makes(orders: range) -> _Layer:
-        whole, through, once = media.slab(grid, at, depth, albedo, g, orders, terms(part, tolerance))
+        whole, through, once = media.slab(grid, at, medium, orders, terms(part, tolerance))
         straight = np.diag(through)[None]
         return _Layer(whole, Matrices(none.above, straight, straight, none.below), through, once)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import takewhile
 from typing import Any, Self
 
 import numpy as np
@@ -15,13 +16,12 @@ from ..errors import ParameterError, shown
 from ..evaluate import batch
 from ..formula.direction import Direction
 from ..formula.fields import Param, part
-from ..formula.fields import channels as channel_field
 from ..formula.mueller import Mueller
 from ..formula.state import derived
 from ..formula.table_warp import tables_when_needed
 from ..tables.drawing import KINDS, lobe_tables
 from . import polarized
-from .layer import Interface, Layer, Medium, RoughInterface
+from .layer import AnyLayer, Interface, Layer, Medium, RoughInterface
 from .layered import _Layered
 from .lobes import _Mirrors, _Once, _PassedOnce, _Reflected, _Refracted, _Seen, _Straight, mirroring
 from .table_lobes import _Rest, _Table, _Through, turned_over
@@ -64,7 +64,7 @@ class Stack(_Layered):
     def __init__(self, layers: Sequence[Layer], base: Reflectance | None = None, *, tolerance: float = 1e-3):
         given: list[Any] = list(layers) if isinstance(layers, (list, tuple)) else [layers]
         for number, layer in enumerate(given):
-            if not isinstance(layer, Layer):
+            if not isinstance(layer, AnyLayer):
                 rule = "expected layers, Interface, RoughInterface or Medium, from the top down"
                 raise ParameterError(
                     f"Stack: layer {number} is {shown(layer)}; {rule}, and what is below them as base="
@@ -78,10 +78,9 @@ class Stack(_Layered):
         if base is not None:
             values["base"], fields["base"] = base, part(Reflectance, None, "what lies under the layers")
         widths = {np.shape(x)[-1] for value in values.values() for x in value.leaves() if np.ndim(x)}
-        fields["channel"] = channel_field("number of the channel")
-        values["channel"] = max(widths) if widths else 0.0
         for name, field in fields.items():
             field.name = name
+        fields["channel"], values["channel"] = self.fields["channel"], max(widths) if widths else 0.0
         self._hold(tolerance=float(tolerance))
         self._set(values, fields=fields)
         self.validate()
@@ -95,10 +94,9 @@ class Stack(_Layered):
         batch.channels(self)  # raises ShapeError where layers have different numbers of them
         if batch.full_shape(self, ()):
             raise ParameterError("Stack: a parameter is a map; expected numbers, or one for each channel")
-        base = self.__dict__.get("base")
-        if base is not None and not base.is_isotropic():
+        if self.base is not None and not self.base.is_isotropic():
             raise ParameterError(
-                f"Stack(base={base!r:.60}): is anisotropic; expected a base that looks the same turned"
+                f"Stack(base={self.base!r:.60}): is anisotropic; expected a base that looks the same turned"
             )
 
     @property
@@ -136,9 +134,8 @@ class Stack(_Layered):
         return self._as(Stack, behind=not self.behind)
 
     def _remade(self, changes: dict[str, Any]) -> Self:
-        values = {name: self.__dict__[name] for name in self.fields} | changes
-        layers = [values[name] for name in self.fields if name not in ("base", "channel")]
-        new = type(self)(layers, values.get("base"), tolerance=self.tolerance)
+        layers = [changes.get(str(i), layer) for i, layer in enumerate(self.layers)]
+        new = type(self)(layers, changes.get("base", self.base), tolerance=self.tolerance)
         names = self._given("channel_names")
         return new if names is None else new.with_notes(channel_names=names)
 
@@ -146,12 +143,12 @@ class Stack(_Layered):
         return (*((n, v) for n, v in super()._key() if n != "channel"), ("tolerance", self.tolerance))
 
     def __repr__(self) -> str:
-        base = f", {self.__dict__['base']!r}" if "base" in self.fields else ""
+        base = "" if self.base is None else f", {self.base!r}"
         tolerance = "" if self.tolerance == Stack.tolerance else f", tolerance={self.tolerance!r}"
         return f"Stack({list(self.layers)!r}{base}{tolerance})"
 
     def to_json(self) -> dict[str, Any]:
-        names, base = self._given("channel_names"), self.__dict__.get("base")
+        names, base = self._given("channel_names"), self.base
         data: dict[str, Any] = {"type": "Stack", "layers": [layer.to_json() for layer in self.layers]}
         data |= {} if base is None else {"base": base.to_json()}
         return data | {"tolerance": self.tolerance} | ({} if names is None else {"channel_names": list(names)})
@@ -164,8 +161,8 @@ class Stack(_Layered):
     def _with_slopes(self, paths: tuple[str, ...]) -> Stack:
         known = self._derived.setdefault(Stack._with_slopes, {})
         if paths not in known:
-            bare = Stack._made_of(self.__dict__, {"paths": paths, "_alike": {}, "_derived": self._responses()})
-            known[paths] = Stack._made_of(bare.__dict__, {"_kept": bare._keep()})
+            bare = self._as(Stack, paths=paths)
+            known[paths] = bare._as(Stack, _kept=bare._keep())
         found: Stack = known[paths]
         return found
 
@@ -191,27 +188,25 @@ class Stack(_Layered):
 
     def _closed(self) -> Iterable[tuple[Any, Reflectance]]:
         """The lobes in closed form."""
-        layers, base = self._seen(), self.__dict__.get("base")
-        rough = [isinstance(layer, RoughInterface) for layer in layers]
-        over = layers[: rough.index(True)] if any(rough) else layers
-        if any(isinstance(layer, Interface) for layer in over) or (
-            not any(rough) and base is not None and base.has_delta
-        ):
+        layers, base = self._seen(), self.base
+        rough = [layer for layer in layers if isinstance(layer, RoughInterface)]
+        over = [*takewhile(lambda layer: not isinstance(layer, RoughInterface), layers)]
+        if any(isinstance(layer, Interface) for layer in over) or (not rough and base is not None and base.has_delta):
             yield 1.0, self._as(_Mirrors)
-        if any(rough):
-            yield 1.0, self._as(_Reflected) if over else mirroring(layers[0])
+        if rough:
+            yield 1.0, self._as(_Reflected) if over else mirroring(rough[0])
         if any(isinstance(layer, Medium) for layer in over):
             yield 1.0, self._as(_Once)
-        if not any(rough) and base is not None:
+        if not rough and base is not None:
             for weight, lobe in base.lobes():
                 if not lobe.is_delta:
                     yield weight, self._as(_Seen, base=lobe)
         if base is None:
-            if not any(rough):
+            if not rough:
                 yield 1.0, self._as(_Straight)
                 if any(isinstance(layer, Medium) for layer in layers):
                     yield 1.0, self._as(_PassedOnce)
-            if sum(rough) == 1:
+            if len(rough) == 1:
                 yield 1.0, self._as(_Refracted)
 
     def _tabulated(self, behind: Any) -> Iterable[tuple[Any, Reflectance]]:
@@ -250,5 +245,4 @@ class Stack(_Layered):
         >>> print(gn.Stack([gn.Medium(1.0)], gn.Lambertian(0.5)).polarizes, gn.Stack([gn.Medium(1.0)]).polarizes)
         False True
         """
-        base = self.__dict__.get("base")
-        return base is None or base.polarizes or any(not isinstance(layer, Medium) for layer in self.layers)
+        return self.base is None or self.base.polarizes or any(not isinstance(layer, Medium) for layer in self.layers)

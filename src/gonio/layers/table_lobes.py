@@ -32,7 +32,7 @@ class _Table(_Lobe):
 
     def found(self, block: Any, wi: Direction, n_i: Any, wo: Direction, n_o: Any) -> Any:
         """f/n_o^2 of a block of the response, for light in media of these indices."""
-        zero, indices, many = ops.to_index(0.0 * wi.z), self._indices(), 1 if "base" in self.fields else 3
+        zero, indices, many = ops.to_index(0.0 * wi.z), self._indices(), 1 if self.base is not None else 3
 
         def noted(at: Any) -> Any:
             return ops.take(self.shape, zero + ops.to_index(at))
@@ -61,7 +61,7 @@ class _Table(_Lobe):
             # The value is 0; its derivative is the slope.
             value: Any = self
             for name in path.split("."):
-                value = value.__dict__[name]
+                value = getattr(value, name)
             away = value - noted(values + (count * float(number) + self.channel))
             total = total + away * looked_up(1 + number)
         return total
@@ -104,7 +104,7 @@ class _Rest(Drawn, _Table):
         return self._looked_up()
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        if "base" in self.fields:
+        if self.base is not None:
             return self.found(0.0, wi, 1.0, wo, 1.0)
         n = choose(self.behind, self._indices()[-1], 1.0)
         return self.found(choose(self.behind, 1.0, 0.0), wi, n, wo, n) * self.over()
@@ -114,14 +114,14 @@ class _Rest(Drawn, _Table):
 
     def _seen_from(self, wo: Direction) -> tuple[Slices, Any]:
         at, phi = super()._seen_from(wo)
-        if "base" in self.fields:
+        if self.base is not None:
             return at, phi
         first = ops.to_index(choose(self.behind, float(VIEWS), 0.0) + 0.0 * wo.z)
         return tuple((number + first, weight) for number, weight in at), phi
 
     @property
     def _lobe(self) -> MarginalWarp:
-        return super()._lobe if "base" in self.fields else super()._lobe._replace(number=2 * VIEWS)
+        return super()._lobe if self.base is not None else super()._lobe._replace(number=2 * VIEWS)
 
 
 class _Through(_Table):

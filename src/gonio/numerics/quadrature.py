@@ -90,26 +90,38 @@ def weighed(values: np.ndarray) -> np.ndarray:
     return np.einsum("qs,kqc->ksc", NODES[:, 2:], values)
 
 
+class Goal(NamedTuple):
+    """What integrals are computed to: an error of `tolerance` times the larger of `unit` and their values, numbers or
+    (n,). `side`: first cells along each side of the square; more of them find smaller details. Without it, as many as
+    the smallest tolerance needs."""
+
+    tolerance: Any
+    unit: Any = 1.0
+    side: int | None = None
+
+    def of(self, count: int) -> Goal:
+        """With numbers (n,)."""
+        tolerance, unit = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in self[:2])
+        return Goal(tolerance, unit, self.side)
+
+    def at(self, rows: np.ndarray) -> Goal:
+        """Of some of the integrals."""
+        return Goal(self.tolerance[rows], self.unit[rows], self.side)
+
+
 def cubature(
-    evaluate: Evaluate,
-    count: int,
-    tolerance: Any,
-    unit: Any = 1.0,
-    seam: float = 0.0,
-    seeds: np.ndarray | None = None,
-    side: int | None = None,
+    evaluate: Evaluate, count: int, goal: Goal, seam: float = 0.0, seeds: np.ndarray | None = None
 ) -> Integrals:
-    """`count` integrals over the unit square, each to an error of `tolerance` times the larger of `unit` and its value.
+    """`count` integrals over the unit square, each to its goal.
 
     Cells are halved along the axes that their errors come from, those of the largest errors first, until all errors
     together are small enough. The error of a cell is the size of the highest coefficients of the integrand by Legendre
     polynomials, times `SAFETY`, or a quarter of the change by its division, if that is more. All first cells are
     divided once.
 
-    `tolerance`, `unit`: numbers or (count,). `seam`: where the integrand jumps along the first axis, or 0. `seeds`
-    (count, K, 4): points near which cells are made as narrow as the two lengths that come with them before anything is
-    evaluated, because the integrand may have a peak there. `side`: first cells along each side; more of them find
-    smaller details. Without it, as many as the smallest tolerance needs.
+    `seam`: where the integrand jumps along the first axis, or 0. `seeds` (count, K, 4): points near which cells are
+    made as narrow as the two lengths that come with them before anything is evaluated, because the integrand may have a
+    peak there.
 
     Error    the estimate (of many cells: twice the root of the sum of their squared errors) is typically 10 times the
              error; of 2580 albedos to 1e-3 and 1e-4, four exceeded it, none the tolerance. A detail on less than
@@ -118,8 +130,8 @@ def cubature(
     Source   Gander & Gautschi 2000, BIT 40:84, for Lobatto's rule; Berntsen & Espelid 1991, ACM TOMS 17:233, for error
              estimates by rules that are zero for polynomials; the rest is derived here.
     """
-    tolerance, unit = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in (tolerance, unit))
-    side = side or _first_side(tolerance.min(initial=1.0))
+    goal = goal.of(count)
+    side = goal.side or _first_side(goal.tolerance.min(initial=1.0))
     todo = np.arange(count)
     groups: list[tuple[np.ndarray, Integrals]] = []
     for block, most in STAGES:
@@ -127,7 +139,7 @@ def cubature(
         for start in range(0, len(todo), block):
             rows = todo[start : start + block]
             cells = _first_cells(len(rows), side, seam, None if seeds is None else seeds[rows])
-            integrals, done = _refined(evaluate, rows, cells, tolerance[rows], unit[rows], most)
+            integrals, done = _refined(evaluate, rows, cells, goal.at(rows), most)
             if block == STAGES[-1][0]:
                 done[:] = True
             groups.append((rows[done], Integrals(*(x[done] for x in integrals))))
@@ -163,8 +175,7 @@ def _refined(
     evaluate: Evaluate,
     rows: np.ndarray,
     first: tuple[np.ndarray, np.ndarray],
-    tolerance: np.ndarray,
-    unit: np.ndarray,
+    goal: Goal,
     most: int,
 ) -> tuple[Integrals, np.ndarray]:
     """The integrals number `rows` from their first cells, of at most `most` each, and which reach the tolerance."""
@@ -184,16 +195,16 @@ def _refined(
         new = new._replace(error=np.maximum(new.error, share[family]))
         live = _Cells(*(np.concatenate([a[kept], b]) for a, b in zip(live, new, strict=True)))
         error = _together(live.row, live.error, n)
-        goal = tolerance * np.maximum(unit, np.abs(_totals(live.row, live.value, n)).max(axis=-1))
+        allowed = goal.tolerance * np.maximum(goal.unit, np.abs(_totals(live.row, live.value, n)).max(axis=-1))
         size = np.bincount(live.row, minlength=n)
-        open_row = (error > goal) & (size < most)
+        open_row = (error > allowed) & (size < most)
         if not open_row.all():
             out = ~open_row[live.row]
             settled.append(live.at(out))
             live = live.at(~out)
         # Of a row's cells, those with the smallest errors stay that together have less than the error allowed.
         order = np.lexsort((live.error, live.row))
-        row, squared = live.row[order], np.square(live.error[order] / goal[live.row[order]])
+        row, squared = live.row[order], np.square(live.error[order] / allowed[live.row[order]])
         up_to = np.cumsum(squared)
         start = np.searchsorted(row, row)
         up_to -= up_to[start] - squared[start]
@@ -207,7 +218,7 @@ def _refined(
     every = _Cells(*(np.concatenate(x) for x in zip(*settled, strict=True)))
     value = _totals(every.row, every.value, n)
     error = _together(every.row, every.error, n)
-    done = ~(error > tolerance * np.maximum(unit, np.abs(value).max(axis=-1)))
+    done = ~(error > goal.tolerance * np.maximum(goal.unit, np.abs(value).max(axis=-1)))
     error = error + np.bincount(every.row, every.inherent, n)
     return Integrals(value, error, np.bincount(every.row, every.missing, n)), done
 

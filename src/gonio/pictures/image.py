@@ -25,7 +25,6 @@ from ..errors import FormatError, MeaningWarning, ParameterError, ShapeError, To
 from ..files import replacing, target
 from ..machine.aside import apart
 from .colour import SRGB_XY, srgb_decode
-from .files import png_jpeg
 from .files._source import Limits, Picture, Source, Unsettled, opened
 
 PIXELS = 2**29
@@ -241,7 +240,7 @@ def _image(module: Any, source: Source) -> tuple[Image, list[str]]:
 
 
 _READERS = {start: (kind, partial(_image, module)) for module in _FORMATS for start, kind in module.STARTS.items()}
-_GRAY_READERS = {start: (kind, png_jpeg.gray) for start, kind in png_jpeg.GRAY.items()}
+_GRAY_READERS = {start: (kind, m.gray) for m in _FORMATS for start, kind in getattr(m, "GRAY", {}).items()}
 
 
 def _read(

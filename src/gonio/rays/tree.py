@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 LEAF = 4
 """Triangles in a leaf."""
+
+
+class _Hits(NamedTuple):
+    """What rays met first, so far: face or -1, distance, and barycentric coordinates."""
+
+    face: np.ndarray
+    distance: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
 
 
 class Tree:
@@ -58,8 +69,7 @@ class Tree:
         o, d = origins.astype(np.float64), directions.astype(np.float64)
         with np.errstate(divide="ignore"):
             inverse = 1.0 / d
-        found, best = np.full(len(o), -1, np.int32), far.astype(np.float64)
-        at_u, at_v = np.zeros((2, len(o)))
+        hits = _Hits(np.full(len(o), -1, np.int32), far.astype(np.float64), *np.zeros((2, len(o))))
         rays, node = np.arange(len(o)), np.ones(len(o), np.int64)
         while len(rays):
             with np.errstate(invalid="ignore"):  # 0 · ∞ in the plane of a side: NaN, which fmin and fmax pass over
@@ -67,16 +77,16 @@ class Tree:
                 b = (self.high[node] - o[rays]) * inverse[rays]
                 enter = np.fmax.reduce(np.fmin(a, b), axis=1)
                 leave = np.fmin.reduce(np.fmax(a, b), axis=1)
-            met = (enter <= leave) & (leave >= 0.0) & (enter <= best[rays])
+            met = (enter <= leave) & (leave >= 0.0) & (enter <= hits.distance[rays])
             leaf = met & (node >= self.leaves)
             if leaf.any():
-                self._leaf(rays[leaf], node[leaf] - self.leaves, o, d, found, best, at_u, at_v)
+                self._leaf(rays[leaf], node[leaf] - self.leaves, o, d, hits)
             node = np.where(met & ~leaf, 2 * node, self.after[node])
-            go_on = (node > 0) & (found[rays] < 0) if any_will_do else node > 0
+            go_on = (node > 0) & (hits.face[rays] < 0) if any_will_do else node > 0
             rays, node = rays[go_on], node[go_on]
-        return found, best.astype(np.float32), at_u.astype(np.float32), at_v.astype(np.float32)
+        return hits.face, *(x.astype(np.float32) for x in hits[1:])
 
-    def _leaf(self, rays, leaf, o, d, found, best, at_u, at_v) -> None:
+    def _leaf(self, rays: np.ndarray, leaf: np.ndarray, o: np.ndarray, d: np.ndarray, hits: _Hits) -> None:
         for k in range(LEAF):
             face = self.inside[leaf, k]
             p = np.cross(d[rays], self.v[face])
@@ -88,6 +98,7 @@ class Tree:
                 q = np.cross(s, self.u[face])
                 v = np.sum(d[rays] * q, axis=1) * scale
                 t = np.sum(self.v[face] * q, axis=1) * scale
-                hit = (volume != 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 0.0) & (t < best[rays])
+                hit = (volume != 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 0.0) & (t < hits.distance[rays])
             at = rays[hit]
-            found[at], best[at], at_u[at], at_v[at] = face[hit], t[hit], u[hit], v[hit]
+            for x, new in zip(hits, (face, t, u, v), strict=True):
+                x[at] = new[hit]

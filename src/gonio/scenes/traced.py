@@ -14,8 +14,8 @@ from ..base.one_channel import of_channel
 from ..base.reflectance import Reflectance
 from ..base.textured import mapped
 from ..evaluate import batch
+from ..evaluate.call import UNROLLED
 from ..evaluate.computation import Computation, composite
-from ..evaluate.planning import UNROLLED
 from ..pictures.colour import transformed
 from .estimator import direct, shares
 from .passes import Found

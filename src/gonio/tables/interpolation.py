@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,22 +31,26 @@ def places_of(rows: np.ndarray, four: bool, mirrored: bool) -> np.ndarray:
     return np.stack([np.sin(theta_i), wo[:, 0], across], axis=-1)
 
 
-def interpolated(
-    rows: np.ndarray,
-    f: np.ndarray,
-    u: np.ndarray | None,
-    axes: Mapping[str, np.ndarray],
-    four: bool,
-    mirrored: bool,
-    outside: str,
-) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+class Rows(NamedTuple):
+    """Rows of measurements: angles (n, 4), f (n[, C]) and its standard uncertainty; whether the material turns with
+    `four` angles, or is `mirrored`, and what holds `outside` of the rows."""
+
+    angles: np.ndarray
+    f: np.ndarray
+    u: np.ndarray | None
+    four: bool
+    mirrored: bool
+    outside: str
+
+
+def interpolated(rows: Rows, axes: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
     """f (grid...[, C]) at the nodes of a grid, the standard uncertainty of the nearest row, and which row that is.
 
     Each channel is interpolated from the rows with a number in it; the nearest row returned has one in some channel.
     """
     grid = tuple(map(len, axes.values()))
-    shape = (*grid, *f.shape[1:])
-    values, spread, nearest = at_angles(rows, f, u, angles_of(axes, four), four, mirrored, outside)
+    shape = (*grid, *rows.f.shape[1:])
+    values, spread, nearest = at_angles(rows, angles_of(axes, rows.four))
     return values.reshape(shape), None if spread is None else spread.reshape(shape), nearest.reshape(grid)
 
 
@@ -57,18 +61,11 @@ def angles_of(axes: Mapping[str, np.ndarray], four: bool) -> np.ndarray:
     return np.stack([theta_i, phi_i, theta_o, phi_o], axis=-1)
 
 
-def at_angles(
-    rows: np.ndarray,
-    f: np.ndarray,
-    u: np.ndarray | None,
-    angles: np.ndarray,
-    four: bool,
-    mirrored: bool,
-    outside: str,
-) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+def at_angles(rows: Rows, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
     """As `interpolated`, at any angles (m, 4): (m, C), (m, C) and (m,)."""
+    known_at, f, u, four, mirrored, outside = rows
     targets = places_of(angles, four, mirrored)
-    places, values = places_of(rows, four, mirrored), f.reshape(len(f), -1)
+    places, values = places_of(known_at, four, mirrored), f.reshape(len(f), -1)
     spread = None if u is None else u.reshape(values.shape)
     f_there = np.full((len(targets), values.shape[1]), np.nan)
     u_there = None if u is None else f_there.copy()

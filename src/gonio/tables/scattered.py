@@ -21,7 +21,7 @@ from ..formula.state import derived, freeze, note
 from . import dataset_layout
 from .angle_systems import SYSTEMS
 from .gridded import Gridded, real
-from .interpolation import interpolated
+from .interpolation import Rows, interpolated
 from .rows import ROW_ANGLES, SAME, as_grid, grid_for, oriented
 
 if TYPE_CHECKING:
@@ -109,8 +109,8 @@ class Scattered(Gridded):
         True None
         """
         f, u = self.row_brdf()
-        four = self.is_oriented()
-        nodes: tuple = freeze(interpolated(self.rows, f, u, self.axes, four, self.is_mirrored, self.outside))
+        rows = Rows(self.rows, f, u, self.is_oriented(), self.is_mirrored, self.outside)
+        nodes: tuple = freeze(interpolated(rows, self.axes))
         return nodes
 
     @derived

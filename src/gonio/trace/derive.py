@@ -56,7 +56,7 @@ def _div(do: Builder, number: Builder, slope: int, r: int, x: int, y: int) -> Te
     return part, do("neg", do("mul", part, r))
 
 
-def _select(do: Builder, number: Builder, slope: int, r: int, condition: int, a: int, b: int) -> Terms:
+def _select(do: Builder, number: Builder, slope: int, r: int, condition: int, *_: int) -> Terms:
     zero = number(0.0)
     return None, do("select", condition, slope, zero), do("select", condition, zero, slope)
 

@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 from ..tables.angle_systems import SYSTEMS
 from ..tables.gridded import Gridded
 from ..tables.half_planes import ALIKE
-from ..tables.interpolation import NEIGHBOURS, angles_of, at_angles, places_of
+from ..tables.interpolation import NEIGHBOURS, Rows, angles_of, at_angles, places_of
 from ..tables.scattered import Scattered
 from .functionals import Linear
 from .rehearsal import FADES, Part, Rehearsal
@@ -76,7 +76,7 @@ class RowRehearsal(Rehearsal):
         """f (m, C) at angles (m, 4), interpolated without some of the rows."""
         m = self.m
         f = m.row_brdf()[0][~left]
-        return at_angles(m.rows[~left], f, None, angles, m.is_oriented(), m.is_mirrored, "hold")[0]
+        return at_angles(Rows(m.rows[~left], f, None, m.is_oriented(), m.is_mirrored, "hold"), angles)[0]
 
     def _far(self, tree: KDTree, places: np.ndarray) -> np.ndarray:
         """What nodes further from rows than rows are from each other may be off: the spread of rows, by distance."""

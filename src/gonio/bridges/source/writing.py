@@ -15,7 +15,7 @@ from ...compile.source.finite import HOLE, finite
 from ...compile.source.language import Language, Signature, Vector
 from ...compile.source.lines import ascii_of, with_comment, wrapped
 from ...compile.source.names import short_names
-from ...compile.source.writer import Text
+from ...compile.source.writer import Load, Text
 from ...declared import discover
 from ...declared.version import __version__
 from ...errors import ParameterError
@@ -162,7 +162,8 @@ class Writer:
         if self.as_arguments:
             arguments += tuple(self.vectors[k] for k in sorted(self.read))
         signature = Signature(f"{self.name}_{word}", arguments, tuple(results))
-        self.text.add(graph, signature, named, loads, words, first)
+        every = {place: Load(text, words.get(place, "")) for place, text in loads.items()}
+        self.text.add(graph, signature, named, every, first)
 
     def merged(self, k: int, first: list[str], component: Callable[[Vector, int], str]) -> str:
         """The name of a parameter's merged channels, for sampling; `first` takes the statement that makes it."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 from ...trace.graph import COMPARISONS, INDEX, LEAVES, MASK, Graph
 from . import elementary, reserved
@@ -19,6 +20,13 @@ _OF_BITS = {"and": "&", "or": "|", "xor": "^"}
 _ATOM, _SIGNED = 9, 4
 LENGTH = 100
 """Characters from which an expression gets a name."""
+
+
+class Load(NamedTuple):
+    """The text of what a graph loads, and what it is called in the names of what is made of it."""
+
+    text: str
+    word: str = ""
 
 
 class Text:
@@ -37,18 +45,14 @@ class Text:
         graph: Graph,
         signature: Signature,
         results: Mapping[str, Sequence[int]],
-        loads: Mapping[tuple[int, int], str],
-        words: Mapping[tuple[int, int], str],
+        loads: Mapping[tuple[int, int], Load],
         first: Sequence[str] = (),
     ) -> None:
-        """A function: its results as nodes by name, and the text of what the graph loads. `first`: statements before.
-
-        `words`: what loads are called in the names of what is made of them.
-        """
-        body = _Body(self, graph, loads)
+        """A function: its results as nodes by name, and what the graph loads. `first`: statements before."""
+        body = _Body(self, graph, {place: load.text for place, load in loads.items()})
         body.taken |= {v.name for v in (*signature.arguments, *signature.results)}
         components = {n: f"wi_{axis}" for n, axis in zip(results.get("wi", ()), "xyz", strict=False)}
-        values = body.written(results, words, components)
+        values = body.written(results, {place: load.word for place, load in loads.items() if load.word}, components)
         lines = [*first, *body.lines, *self.language.outputs(signature, values)]
         self.functions.append(self._function(signature, lines))
 

@@ -211,7 +211,7 @@ class RGL(Measured):
         x, y = self._point(wi + wo, wi)
         sx, sy, _ = self._warp("vndf").invert(at, x, y)
         plane, planes = ops.to_index(self.channel), self.planes
-        S = bilinear(self.values, at, self._grid(self.main), sx, sy, plane, planes)
+        S = bilinear(self.values, at, self._grid(self.main), sx, sy, (plane, planes))
         if self.divided:
             D = bilinear(self.ndf, ONE, self._facets("ndf"), y, x)
             S = S * (D / (4.0 * bilinear(self.sigma, ONE, self._facets("sigma"), y_i, x_i)))

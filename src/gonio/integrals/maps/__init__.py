@@ -3,9 +3,9 @@
 An integral is linear in f, whatever its directions, cones and lights. So the integrals of all places are known from
 those of a few wherever f is a combination, the same one for all directions, of f at these. Two ways find it:
 
-- `sharing_by_factors.py`: f is written as a sum of products, a number of the place times a function of the directions
+- `by_factors.py`: f is written as a sum of products, a number of the place times a function of the directions
   (all kernel models, albedos, weights). Exact: as many places as products decide.
-- `sharing_by_nodes.py`: f at some pairs of directions (nodes), chosen among many by how much they differ between
+- `by_nodes.py`: f at some pairs of directions (nodes), chosen among many by how much they differ between
   places, is fitted to the integrals of some hundred places: nodes and weights of a rule for this map alone. Its error
   is measured at places that had no part in the fit, and at each that had by the fit without it. It grows with a place's
   leverage: how far its values at the nodes lie from those of the fitted. Places whose error may be too large join
@@ -22,15 +22,15 @@ from typing import Any
 
 import numpy as np
 
-from ..base.reflectance import Reflectance
-from ..evaluate import batch
-from ..evaluate.factors import factors
-from ..formula.fields import Channels
-from ..numerics.quadrature import Integrals
-from .map_rows import Rows, Wanted
-from .places import Places
-from .sharing_by_factors import by_factors
-from .sharing_by_nodes import by_nodes
+from ...base.reflectance import Reflectance
+from ...evaluate import batch
+from ...evaluate.factors import factors
+from ...formula.fields import Channels
+from ...numerics.quadrature import Integrals
+from ..places import Places
+from .by_factors import by_factors
+from .by_nodes import by_nodes
+from .rows import Rows, Wanted
 
 
 def over_places(m: Reflectance, wanted: Wanted) -> Integrals:

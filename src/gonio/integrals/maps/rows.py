@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.reflectance import Reflectance
-from ..numerics.quadrature import Integrals
-from .places import Places
+from ...base.reflectance import Reflectance
+from ...numerics.quadrature import Integrals
+from ..places import Places
 
 BLOCK = 1 << 16
 """Places whose integrals are combined together."""

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from materials import on_sphere
+from rooms import MODULES, imported
 
 import gonio as gn
 from gonio.declared import discover
 from gonio.evaluate.factors import factors
 from gonio.formula.fields import Param
-from gonio.integrals.map_rows import Rows
+from gonio.integrals.maps.rows import Rows
 
 SUN = on_sphere(0.6, 0.3)
 WIDE = gn.Cone(on_sphere(0.4, 1.0), 0.5)
@@ -167,3 +168,11 @@ def test_factors_of_formulas() -> None:
         numbers = factors(m)
         assert numbers is not None and len(numbers) == count
     assert factors(gn.Hapke(x)) is None
+
+
+def test_the_folder_has_one_door() -> None:
+    outside = [name for name in MODULES if not f"{name}.".startswith("integrals.maps.")]
+    assert any("integrals.maps" in imported(name)[0] for name in outside)
+    for name in outside:
+        inner = sorted(other for other in imported(name)[0] if other.startswith("integrals.maps."))
+        assert not inner, f"{name} must not import {inner}: integrals/maps/__init__.py is the door"

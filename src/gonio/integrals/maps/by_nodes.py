@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..numerics.lattice import lattice
-from .map_rows import BLOCK, SPREAD, Rows, Wanted
+from ...numerics.lattice import lattice
+from .rows import BLOCK, SPREAD, Rows, Wanted
 
 FITTED, TESTED, MOST = 128, 48, 1024
 """Places that nodes are fitted to at first, those that test them, and the most of the first."""

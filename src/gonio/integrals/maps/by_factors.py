@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..numerics.quadrature import Integrals
-from .map_rows import BLOCK, SPREAD, Rows, Wanted, least_and_most
+from ...numerics.quadrature import Integrals
+from .rows import BLOCK, SPREAD, Rows, Wanted, least_and_most
 
 
 def by_factors(rows: Rows, columns: list[np.ndarray], wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
