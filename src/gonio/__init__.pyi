@@ -64,6 +64,7 @@ from .distributions.student_t import StudentT as _StudentT
 from .distributions.tabulated_anisotropic_facets import TabulatedAnisotropicFacets as TabulatedAnisotropicFacets
 from .distributions.tabulated_facets import TabulatedFacets as TabulatedFacets
 from .errors import Error as Error
+from .facts.compiled import kernel as kernel
 from .fitting.fitting import fit as fit
 from .fitting.problem import fit_problem as fit_problem
 from .fitting.result import Fit as Fit
@@ -212,7 +213,6 @@ from .reconstruction.posterior import Reconstruction as Reconstruction
 from .reconstruction.reflectance_basis import ReflectanceBasis as ReflectanceBasis
 from .reconstruction.retro_facets import RetroFacets as RetroFacets
 from .reconstruction.retro_facets import retro_facets as retro_facets
-from .report.compiled import kernel as kernel
 from .report.page import write_report as write_report
 from .scenes.camera import Camera as _Camera
 from .scenes.camera import OrthographicCamera as _OrthographicCamera

@@ -22,12 +22,12 @@ from gonio.compile import store
 from gonio.errors import DependencyError, FluorescenceWarning, ParameterError, WriteError
 from gonio.evaluate import planning
 from gonio.evaluate.tracing import at_most
+from gonio.facts.material import facts
+from gonio.facts.subject import Subject
 from gonio.formats._reading import tensor_file
 from gonio.pictures.colour import daylight
 from gonio.report import page
-from gonio.report.facts import facts
 from gonio.report.page import browser, chart, contents, curves, fits, html, lobes, pictures
-from gonio.report.page.subject import Subject
 from gonio.report.page.typeset import typeset
 
 pytestmark = pytest.mark.slow_because("a page is a dozen pictures")

@@ -16,7 +16,7 @@ ROOMS = (
     *("surfaces", "distributions", "models", "lights", "tables", "integrals", "layers", "remote_sensing", "formats"),
     *("conversion", "repair", "uncertainty", "laws", "fitting", "texels", "reconstruction", "planning"),
     *("scenes", "interreflection", "instrument"),
-    *("catalogue", "bridges", "figures", "report", "explorer", "cli"),
+    *("catalogue", "bridges", "figures", "facts", "report", "explorer", "cli"),
 )
 """Folders, from the ground up; "" stands for the modules beside them."""
 

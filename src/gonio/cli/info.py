@@ -22,7 +22,7 @@ AGREEING = 0.005
 @json_option
 def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
     """Say what MATERIAL is: formula, parameters, channels, albedo; of a file also what it holds and lacks."""
-    from ..report.facts import facts
+    from ..facts.material import facts
 
     about = facts(material, read_material(material, replaced))
     if as_json:
@@ -32,7 +32,7 @@ def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
 
 
 def facts_as_text(facts: dict[str, Any]) -> str:
-    """Facts about a material (see `report.facts`) as a table."""
+    """Facts about a material (see `facts.material`) as a table."""
     from ..conversion.conversion import labelled
 
     rows = [("name", facts["material"])]

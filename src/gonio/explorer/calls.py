@@ -26,7 +26,7 @@ STEP = 0.5
 def names(shelf: Shelf) -> dict[str, Any]:
     """Everything that a page may name: the command line's materials, built-in ones, and models with an example."""
     from ..catalogue import builtin
-    from ..report.model_facts import drawn, kinds, summary
+    from ..facts.models import drawn, kinds, summary
 
     models = [
         {"name": name, "doc": summary(kind).replace("`", ""), "example": drawn(kind)}

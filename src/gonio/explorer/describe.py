@@ -16,10 +16,10 @@ from ..base.reflectance import Reflectance, Scaled, Sum
 from ..catalogue import builtin
 from ..errors import Error
 from ..evaluate import batch
+from ..facts.material import facts
+from ..facts.models import sections, summary
 from ..formula.fields import Option, Parameter
 from ..formula.parametrised import Parametrised
-from ..report.facts import facts
-from ..report.model_facts import sections, summary
 from ..scenes.rendering import is_rgb, shown_as
 from .shelf import Shelf
 

@@ -51,7 +51,7 @@ def _material(m: Reflectance) -> Cut:
 
 @html_of.register
 def _measured(m: Measured) -> Cut:
-    from ..facts import facts
+    from ...facts.material import facts
 
     about = facts(repr(m), m, computed=False)
     rows = list(_contents(about, m))

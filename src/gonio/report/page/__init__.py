@@ -17,6 +17,7 @@ from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...evaluate.tracing import at_most
+from ...facts.subject import Subject
 from ...figures._drawing import named, of_one_place
 from ...files import replacing, target
 from ...version import __version__
@@ -24,7 +25,6 @@ from . import browser, lobes, pictures
 from .contents import contents_of, summarised
 from .guarded import Guarded
 from .html import page, script_data
-from .subject import Subject
 
 SUFFIXES = (".html", ".htm", ".pdf", ".json")
 """What a report is written as."""

@@ -15,6 +15,9 @@ from ...base.reflectance import Reflectance, Scaled, Sum
 from ...catalogue.citations import cite
 from ...errors import ParameterError
 from ...evaluate import batch
+from ...facts.material import ASSUMPTIONS, facts
+from ...facts.models import sections, summary
+from ...facts.subject import Subject
 from ...figures._slices import lit_range, one_number, plane
 from ...formula.parametrised import Parametrised
 from ...integrals.albedo import albedo, white_sky_albedo
@@ -23,13 +26,10 @@ from ...laws import check, summaries
 from ...pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, WHITE, XYZ, rgb_of, srgb_encode
 from ...scenes.rendering import in_daylight, is_rgb
 from ...tables.gridded import Gridded
-from ..facts import ASSUMPTIONS, facts
-from ..model_facts import sections, summary
 from . import curves
 from .fits import fits_of
 from .guarded import Guarded
 from .polarized import polarization
-from .subject import Subject
 
 TABLE = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
 """Angles of incidence [degrees] of the tables of albedos."""

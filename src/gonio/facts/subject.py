@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...base.measured import Measured
-from ...base.reflectance import Reflectance
-from ...catalogue import builtin
-from ...formula.text import literal
+from ..base.measured import Measured
+from ..base.reflectance import Reflectance
+from ..catalogue import builtin
+from ..formula.text import literal
 
 
 class Subject(NamedTuple):
@@ -84,7 +84,7 @@ class Subject(NamedTuple):
         names = [text.partition("=")[0].strip() for text in self.replaced]
         if not names:
             return ""
-        from ...catalogue.expressions import read
+        from ..catalogue.expressions import read
 
         values = {}
         for name, text in zip(names, self.replaced, strict=True):

@@ -1,0 +1,1 @@
+"""What can be said of materials, models and formats, as data: no markup, nothing printed."""
