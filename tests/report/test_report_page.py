@@ -168,28 +168,6 @@ def test_the_program_of_a_report_gives_its_numbers(paint, tmp_path, monkeypatch,
     assert one["reproduce"]["shell"][0] == "gonio report gold-metallic-paint -o report.html"
 
 
-def test_programs_of_every_kind_of_subject_make_its_material(tmp_path, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    wi, wo = gn.direction(0.5, np.pi), gn.direction(0.6, 0.0)
-    made = gn.load(PTFE.relative_to(ROOT), decimal=",")
-    subjects = [
-        Subject.of("a", gn.Lambertian([0.1, 0.2, 0.3]) + 0.5 * gn.IdealSpecular(0.04)),
-        Subject.of("gold", gn.material("gold")),
-        Subject.of("gold", gn.material("brass")),
-        Subject.of("b", made),
-        Subject("c", gn.material("gold", alpha=0.3), "gold", (), ("alpha=0.3",)),
-        Subject("d", made.replace(outside="zero"), str(made.path), ("decimal=,",), ("outside=zero",)),
-        Subject("e", gn.material("gold").replace(fresnel=gn.Dielectric(1.4)), "gold", (), ("fresnel=Dielectric(1.4)",)),
-    ]
-    for subject in subjects:
-        scope: dict = {}
-        exec("\n".join(subject.python([0.0], 180.0).split("\n")[:5]), scope)
-        assert np.array_equal(scope["m"].f(wi, wo), subject.m.f(wi, wo)), subject.name
-        assert repr(scope["m"]) == repr(subject.m)
-    assert subjects[5].shell()[1] == f"gonio info {made.path} -O decimal=, -p outside=zero"
-    assert Subject("f", gn.Lambertian(0.5), "Lambertian(0.5)").shell()[1] == "gonio info 'Lambertian(0.5)'"
-
-
 def test_uncertainties_of_a_table_are_those_of_gonio(quick):
     m = gn.load(PTFE)
     one = page.data([Subject.of("ptfe", m)], with_fits=False)["materials"][0]

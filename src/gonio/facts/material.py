@@ -1,4 +1,4 @@
-"""Facts about a material and its file as JSON data, for `gonio info`."""
+"""Facts about a material and its file, as JSON data."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +21,10 @@ from ..conversion.conversion import size_of
 from ..errors import MissingDataWarning, ToleranceWarning
 from ..evaluate import batch
 from ..formula.fields import Option, Param, Table
+from ..formula.parametrised import Parametrised
 from ..integrals.albedo import albedo, kept_albedo
 from ..integrals.photons import exchanged_in_words
+from ..scenes.rendering import is_rgb, shown_as
 from ..tables.gridded import Gridded
 from ..tables.half_planes import half_planes
 from ..tables.scattered import Scattered
@@ -57,7 +59,7 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MissingDataWarning)  # the facts say what is missing
             result |= _computed_facts(m)
-    return result | _settable_facts(m)
+    return result | settable(m)
 
 
 def _fluorescence(m: Reflectance) -> str:
@@ -77,20 +79,23 @@ def _computed_facts(m: Reflectance) -> dict[str, Any]:
         if m.stated_totals:
             result["stated_totals"] = _totals(m, m.stated_totals)
     if isinstance(m, Gridded):
-        result["uncertainty_of_albedo"] = {how: u.tolist() for how, u in _uncertainty_of_albedo(m, at)}
+        _, components = quoted(albedo, m, at)
+        result["uncertainty_of_albedo"] = {how: u.tolist() for how, u in components.items()}
     return result
 
 
-def _uncertainty_of_albedo(m: Gridded, at: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """The components of the uncertainty of albedos: by noise under each assumption, and by interpolation."""
-    from ..uncertainty import with_uncertainty
+def quoted(function: Callable[..., Any], m: Gridded, *args: Any) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """A result of a table, and the components of its standard uncertainty: by noise under each assumption, and by
+    interpolation."""
+    from ..uncertainty import with_uncertainty  # late: SciPy takes 0.4 s, and formulas need none
     from ..uncertainty.table import has_uncertainty
 
+    u = {}
     for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
-        found = with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3)
+        found = with_uncertainty(function, m, *args, correlation=how, tolerance=1e-3)
         if how:
-            yield how, found.u_noise
-    yield "interpolation", found.u_interpolation
+            u[how] = np.asarray(found.u_noise)
+    return np.asarray(found.value), {**u, "interpolation": np.asarray(found.u_interpolation)}
 
 
 def _totals(m: Reflectance, totals: Sequence[Any]) -> dict[str, Any]:
@@ -105,7 +110,8 @@ def _totals(m: Reflectance, totals: Sequence[Any]) -> dict[str, Any]:
     return {"theta_i": theta_i, "phi_i": phi_i, "stated": shares.tolist(), "integral": rho.tolist()}
 
 
-def _settable_facts(m: Reflectance) -> dict[str, Any]:
+def settable(m: Parametrised) -> dict[str, Any]:
+    """The parameters and the options of a material, or of a term of a formula, by path."""
     parameters, options = {}, {}
     for path, declared, value in m.settable():
         if isinstance(declared, Param) and path in m.parameters:
@@ -118,6 +124,13 @@ def _settable_facts(m: Reflectance) -> dict[str, Any]:
             choices = list(dict.fromkeys(declared.choices))
             options[path] = {"value": value, "choices": choices, "doc": declared.doc}
     return {"parameters": parameters, "options": options}
+
+
+def to_rgb(m: Reflectance) -> np.ndarray | None:
+    """Matrix (C, 3) that turns channels into linear sRGB; None for channels that are no colours."""
+    if (m.channels or 1) == 1:
+        return np.ones((1, 3)) if m.channel_names is None or isinstance(m.channel_names[0], str) else None
+    return np.eye(3) if is_rgb(m) else shown_as(m)
 
 
 def _file_facts(m: Measured) -> dict[str, Any]:

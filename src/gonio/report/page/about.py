@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...conversion.conversion import percent
-from .drawing import angle
+from ...facts import words
+from .drawing import angle, marked
 from .told import Told, copied, n, table
 from .typeset import typeset
 
@@ -53,19 +53,10 @@ class About(Told):
         rows = [("kind", typeset(one["title"]))]
         if "expression" in f:
             rows.append(("expression", f"<code>{escape(f['expression'])}</code>"))
-        rows += self._file_rows() if "format" in f else []
-        names = f["channel_names"]
-        listed = (
-            ""
-            if names is None
-            else ": "
-            + (
-                ", ".join(map(str, names))
-                if len(names) <= 8
-                else f"{names[0]} to {names[-1]}{'' if isinstance(names[0], str) else ' nm'}"
-            )
-        )
-        rows.append(("channels", escape(f"{f['channels']}{listed}")))
+        if "format" in f:
+            held = ((name, text) for name, text in words.contents(f) if name != "repaired")
+            rows += [("format", escape(f["format"])), *((typeset(name), marked(text)) for name, text in held)]
+        rows.append(("channels", escape(words.channels(f))))
         rows.append(
             ("turned about the normal", "the same (isotropic)" if one["isotropic"] else "differs (anisotropic)")
         )
@@ -80,16 +71,11 @@ class About(Told):
             ]  # fmt: skip
             parts.append("<h4>Parameters</h4>" + table(("parameter", "value", "unit", "bounds", "meaning"), cells))
         if f["options"]:
-            words = [
-                (
-                    f"<code>{escape(path)}</code>",
-                    escape(str(o["value"])),
-                    escape(", ".join(o["choices"])),
-                    escape(o["doc"]),
-                )
+            listed = [
+                [f"<code>{escape(path)}</code>", *map(escape, (str(o["value"]), ", ".join(o["choices"]), o["doc"]))]
                 for path, o in f["options"].items()
             ]
-            parts.append("<h4>Options</h4>" + table(("option", "value", "choices", "meaning"), words))
+            parts.append("<h4>Options</h4>" + table(("option", "value", "choices", "meaning"), listed))
         parts.append("<h4>Formula</h4>" if "expression" in f else "<h4>How values come from the file</h4>")
         for told in one["formulas"]:
             source = f" Source: {typeset(told['source'])}" if told["source"] else ""
@@ -105,68 +91,28 @@ class About(Told):
     def _unit(self, unit: str) -> str:
         return "" if unit == "1" else typeset(re.sub(r"(?<=[a-z])(-\d)", r"^\1", unit))
 
-    def _file_rows(self) -> list[tuple[str, str]]:
-        f = self.facts
-        rows = [("format", escape(f["format"])), ("quantity in the file", escape(str(f["quantity"])))]
-        if f["parameterisation"]:
-            rows.append(("grid by", escape(str(f["parameterisation"]).replace("_", " "))))
-        for name, axis in f["axes"].items():
-            nodes = f"{axis['nodes']} nodes, {angle(axis['low'])} to {angle(axis['high'])}"
-            step = "" if axis["step"] is None or axis["nodes"] < 2 else f", every {angle(axis['step'])}"
-            rows.append((typeset(name), nodes + step))
-        if f["rows"]:
-            rows.append(("measured", f"{f['rows']} pairs of directions"))
-        rows.append(("missing", percent(f["missing"]) + " of the table" if f["missing"] else "nothing"))
-        if f["negative"]:
-            rows.append(("negative", percent(f["negative"]) + " of the values"))
-        if f["uncertainty"]:
-            spread = f["uncertainty"]
-            rows.append(("standard uncertainty", f"{percent(spread['low'])} to {percent(spread['high'])} of the value"))
-        if f["scale_uncertainty"]:
-            rows.append(("scale", f"uncertain by {percent(f['scale_uncertainty'])}"))
-        return rows
-
     def provenance(self) -> str:
         """Where the numbers come from, and what to cite."""
         f = self.facts
         rows = []
-        given = f.get("provenance") or {}
         if "path" in f:
-            rows.append(("file", escape(str(given.get("file", f["path"])))))
+            rows.append(("file", escape(str((f["provenance"] or {}).get("file", f["path"])))))
             if f["bytes"]:
                 rows.append(("size", f"{f['bytes']:,} bytes".replace(",", " ")))
-        if "sha256" in given:
-            rows.append(("sha256", f'<code class="hash">{escape(given["sha256"])}</code>'))
-        rows += [("read by", f"gonio {escape(str(given['gonio']))}")] if "gonio" in given else []
-        if given.get("options"):
-            rows.append(("read with", escape(", ".join(f"{k}={v}" for k, v in given["options"].items()))))
-        for origin in self._origins(given.get("converted_from")):
-            rows.append(("made from", escape(origin)))
-        rows += [("repaired", escape(r["summary"])) for r in f.get("repairs", [])]
-        if f.get("path") and not f.get("repairs"):
-            rows.append(("repairs", "none: values are as the file has them"))
-        for name, value in (f.get("about") or {}).items():
-            text = "; ".join(map(str, value)) if isinstance(value, list) else str(value)
-            if text and name != "columns":
-                rows.append((escape(name.replace("_", " ")), escape(text if len(text) <= 600 else text[:600] + " …")))
-        if "path" not in f:
+            for name, text in words.provenance(f):
+                rows.append((name, f'<code class="hash">{escape(text)}</code>' if name == "sha256" else escape(text)))
+            rows += [("repaired", escape(repair["summary"])) for repair in f["repairs"]]
+            if f["path"] and not f["repairs"]:
+                rows.append(("repairs", "none: values are as the file has them"))
+            for name, text in words.notes(f):
+                if text and name != "columns":
+                    rows.append((escape(name), escape(text if len(text) <= 600 else text[:600] + " …")))
+        else:
             rows.append(("origin", "a formula and its parameters, as above; no file was read"))
         if "source" in f:
             rows.append(("source of the numbers", escape(f["source"])))
-        about = table(("", ""), rows, kind="facts") if rows else ""
+        about = table(("", ""), rows, kind="facts")
         return f"{about}<details><summary>BibTeX to cite it</summary>{copied(self.one['citations'])}</details>"
-
-    def _origins(self, origin: Any) -> list[str]:
-        if isinstance(origin, list):
-            return [text for of in origin for text in self._origins(of)]
-        if not isinstance(origin, dict):
-            return []
-        digest = f", {origin.get('format')}, sha256 {origin['sha256']}" if "sha256" in origin else ""
-        what = origin.get("file") or origin.get("material", "?")
-        return [
-            f"{what}{digest}, by {origin.get('converted_by', 'gonio')}",
-            *self._origins(origin.get("converted_from")),
-        ]
 
     def reproduce(self) -> str:
         """Code and commands."""

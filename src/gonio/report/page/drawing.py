@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,11 @@ DENSE = 45
 def angle(degrees: float, digits: int = 4) -> str:
     """An angle in HTML, which the page can turn into radians."""
     return f'<span data-deg="{degrees:.10g}">{chart.number(float(f"{degrees:.{digits}g}"))}°</span>'
+
+
+def marked(text: str) -> str:
+    """Text as HTML, with the angles in it [degrees] as `angle` writes them."""
+    return re.sub(r"(-?\d+(?:\.\d+)?)°", lambda found: angle(float(found[1])), escape(text))
 
 
 class Row:
