@@ -12,7 +12,8 @@ import gonio as gn
 from gonio.cli.info import facts_as_text
 from gonio.facts import words
 from gonio.facts.material import facts
-from gonio.report.page.about import About
+from gonio.report.page import about as about_page
+from gonio.report.page.told import Told
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +43,7 @@ def test_what_a_file_holds_is_said_in_the_same_words(file):
     one = {"facts": about, "title": "", "isotropic": True, "formulas": []}
     said = {
         "info": " ".join(facts_as_text(about).split()),
-        "report": bare(About(one, {}, "m0").what()),
+        "report": bare(about_page.what(Told(one, {}, "m0"))),
         "notebook": bare(m._repr_html_()),
     }
     for text in [*rows, words.channels(about)]:

@@ -35,9 +35,9 @@ def contents(facts: dict[str, Any]) -> Rows:
     if facts["half_planes"]:
         yield "", in_words(facts["half_planes"])
     yield "table", " x ".join(map(str, facts["shape"]))
-    yield "missing", _share(facts["missing"])
+    yield "missing", _share(facts["missing"], "the table")
     if facts["negative"] is not None:
-        yield "negative", _share(facts["negative"])
+        yield "negative", _share(facts["negative"], "the values")
     if spread := facts["uncertainty"]:
         low, median, high = (percent(spread[name]) for name in ("low", "median", "high"))
         yield "uncertainty", f"{low} to {high} of the value, {median} (median)"
@@ -108,10 +108,10 @@ def _nodes(axis: dict[str, Any]) -> str:
     return f"{axis['nodes']} nodes from {axis['low']:.4g}° to {axis['high']:.4g}°, {step}"
 
 
-def _share(x: float) -> str:
+def _share(x: float, of: str) -> str:
     if x == 0.0:
         return "none"
-    return f"{x:.2%} of the table" if x >= 1e-4 else f"{x:.1e} of the table"
+    return f"{x:.2%} of {of}" if x >= 1e-4 else f"{x:.1e} of {of}"
 
 
 def _within(off: dict[str, float] | None) -> str:

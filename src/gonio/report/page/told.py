@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,12 +44,16 @@ def reason(text: str) -> str:
     return f'<p class="reason">Not shown: {escape(text)}</p>'
 
 
-class Told:
-    """The contents and the pictures of one material."""
+class Told(NamedTuple):
+    """The contents and the pictures of one material, and the beginning of the ids of its sections."""
 
-    def __init__(self, one: dict[str, Any], pictures: dict[str, Any], key: str):
-        self.one, self.pictures, self.key = one, pictures, key
-        self.facts = one["facts"]
+    one: dict[str, Any]
+    pictures: dict[str, Any]
+    key: str
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        return self.one["facts"]
 
     def remarks(self, *names: str) -> str:
         """Reasons and warnings of parts."""
