@@ -142,7 +142,7 @@ def test_numbers_are_those_of_gonio(paint):
     assert one["fits"]["exact"] == ["Lambertian() + ABC()"]
     best = one["fits"]["models"][0]
     assert best["rms"] == pytest.approx(gn.fit(m, gn.expression(best["model"])).rms)
-    json.dumps(page._finite(one), allow_nan=False)
+    json.dumps(page.finite(one), allow_nan=False)
 
 
 @pytest.mark.full

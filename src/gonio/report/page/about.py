@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...facts import words
-from .drawing import angle, marked
-from .told import Told, copied, n, table
+from .told import Told, angle, copied, marked, n, table
 from .typeset import typeset
 
 

@@ -10,8 +10,7 @@ from typing import Any
 
 from ...errors import visible
 from . import about, comparisons, judged, shown
-from .drawing import angle
-from .told import Told, n, table
+from .told import Told, angle, n, table
 from .typeset import typeset
 
 POLICY = (

@@ -6,8 +6,7 @@ from html import escape
 
 from ...conversion.conversion import percent
 from . import comparisons, plots
-from .drawing import angle
-from .told import Told, n, reason, table
+from .told import Told, angle, n, reason, table
 from .typeset import typeset
 
 VERDICTS = {

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import plots
-from .drawing import angle
-from .told import Told, n, reason, table
+from .told import Told, angle, n, reason, table
 
 
 def lobe(its: Told) -> str:

@@ -9,12 +9,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .chart import number
+
 
 def n(value: Any, digits: int = 4) -> str:
     """A number as text; a dash where there is none."""
     if value is None or not np.isfinite(value):
         return "–"
     return re.sub(r"e([-+])0*(\d)", lambda e: f"e{e[1].strip('+')}{e[2]}", f"{value:.{digits}g}") if value else "0"
+
+
+def angle(degrees: float, digits: int = 4) -> str:
+    """An angle in HTML, which the page can turn into radians."""
+    return f'<span data-deg="{degrees:.10g}">{number(float(f"{degrees:.{digits}g}"))}°</span>'
+
+
+def marked(text: str) -> str:
+    """Text as HTML, with the angles in it [degrees] as `angle` writes them."""
+    return re.sub(r"(-?\d+(?:\.\d+)?)°", lambda found: angle(float(found[1])), escape(text))
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 0, kind: str = "") -> str:
