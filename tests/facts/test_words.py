@@ -79,3 +79,21 @@ def test_origins_are_told_back_to_the_first():
         ("made from", "a.csv, CSV, sha256 12, by gonio"),
         ("made from", "b, by gonio"),
     ]
+
+
+@pytest.mark.parametrize(
+    "m, row",
+    [
+        (gn.Lambertian(np.full((2, 3, 1), 0.5)), ("map", "2 x 3 places")),
+        (gn.ThinDielectric(1.5), ("sides", "transmits")),
+        (gn.DiffuseTransmission(0.3), ("sides", "transmits alone")),
+        (gn.IdealSpecular(0.9), ("mirror", "has a delta lobe: f is 0 pointwise, sampling and integrals are exact")),
+    ],
+)
+def test_what_no_number_shows_is_said(m, row):
+    assert row in words.optics(facts("", m, computed=False))
+
+
+def test_what_is_as_usual_is_not_said():
+    about = facts("", gn.Lambertian(0.5), computed=False)
+    assert not {"sides", "places"} & {*about} and not list(words.optics(about))

@@ -95,19 +95,10 @@ def fit(shelf: Shelf, text: str, replaced: dict[str, Any], model: str) -> dict[s
 
 def albedo(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any]:
     """Albedo against the angle of incidence, and of tables that state uncertainties its own, of independent errors."""
-    from ..integrals.albedo import albedo as albedo_of
-    from ..tables.gridded import Gridded
-    from ..uncertainty import with_uncertainty
-    from ..uncertainty.table import has_uncertainty
+    from ..facts.material import albedos
 
-    m = shelf.material(text, replaced)
-    at = direction(np.radians(THETA), 0.0)
-    if isinstance(m, Gridded) and has_uncertainty(m):
-        quoted = with_uncertainty(albedo_of, m, at, correlation="independent", tolerance=1e-3)
-        values, u = quoted.value, with_channels(np.asarray(quoted.u), 1)
-    else:
-        values, u = albedo_of(m, at, tolerance=1e-3), None
-    return {"theta": [float(t) for t in THETA], "values": with_channels(np.asarray(values), 1), "u": u}
+    values, u = albedos(shelf.material(text, replaced), direction(np.radians(THETA), 0.0))
+    return {"theta": [float(t) for t in THETA], "values": values, "u": u}
 
 
 def source(

@@ -12,7 +12,6 @@ import numpy as np
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import Error
-from ..evaluate import batch
 from ..facts.material import facts, to_rgb
 from ..facts.models import formulas
 from ..facts.subject import Subject
@@ -41,7 +40,7 @@ def described(shelf: Shelf, text: str, replaced: Mapping[str, Any]) -> dict[str,
     given = shelf.given.get(text) or Given(path.name if path else text)
     subject = Subject(_title(given, m), m, *given)
     about, told = facts(subject.text, m, computed=False), formulas(m)
-    is_map = bool(batch.full_shape(m, ()))
+    is_map = "places" in about
     return {
         "text": text,
         "title": subject.name,

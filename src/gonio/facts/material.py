@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
@@ -51,11 +52,16 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     names = m.channel_names
     result["channels"] = m.channels or 1
     result["channel_names"] = list(names) if names is not None else list("RGB") if m.channels == 3 else None
+    places = batch.full_shape(m, ())
+    if places:
+        result["places"] = list(places)
+    if m.sides != "front":
+        result["sides"] = str(m.sides)
     result["has_delta"] = bool(m.has_delta)
     result["breaks"] = m.breaches()
     if m.exchanges:
         result["fluorescence"] = _fluorescence(m)
-    if computed and not batch.full_shape(m, ()):
+    if computed and not places:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MissingDataWarning)  # the facts say what is missing
             result |= _computed_facts(m)
@@ -84,10 +90,22 @@ def _computed_facts(m: Reflectance) -> dict[str, Any]:
     return result
 
 
+def albedos(m: Reflectance, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Albedos (N, C) of light from directions (N, 3), and of a table that states uncertainties theirs, of independent
+    errors."""
+    from ..uncertainty import with_uncertainty  # late: SciPy takes 0.4 s, and formulas need none
+    from ..uncertainty.table import has_uncertainty
+
+    if not (isinstance(m, Gridded) and has_uncertainty(m)):
+        return with_channels(albedo(m, wi, tolerance=1e-3), 1), None
+    found = with_uncertainty(albedo, m, wi, correlation="independent", tolerance=1e-3)
+    return with_channels(found.value, 1), with_channels(np.asarray(found.u), 1)
+
+
 def quoted(function: Callable[..., Any], m: Gridded, *args: Any) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """A result of a table, and the components of its standard uncertainty: by noise under each assumption, and by
     interpolation."""
-    from ..uncertainty import with_uncertainty  # late: SciPy takes 0.4 s, and formulas need none
+    from ..uncertainty import with_uncertainty
     from ..uncertainty.table import has_uncertainty
 
     u = {}

@@ -46,14 +46,14 @@ def _light(light: Light) -> Cut:
 @html_of.register
 def _material(m: Reflectance) -> Cut:
     about = facts(repr(m), m, computed=False)
-    parts = (code(about["expression"]), paragraph(_in_words(about, m), quiet=True), _parameters(about))
+    parts = (code(about["expression"]), paragraph(_in_words(about), quiet=True), _parameters(about))
     return Cut(type(m).__name__, _summary(m), _picture(m), parts)
 
 
 @html_of.register
 def _measured(m: Measured) -> Cut:
     about = facts(repr(m), m, computed=False)
-    parts = (table(("", ""), _held(about)), paragraph(_in_words(about, m), quiet=True), _parameters(about))
+    parts = (table(("", ""), _held(about)), paragraph(_in_words(about), quiet=True), _parameters(about))
     name = Path(m.path).name if m.path else type(m).__name__
     return Cut(name, f"{about['format']}, {about['quantity']}", _picture(m), parts)
 
@@ -77,13 +77,13 @@ def _summary(thing: Any) -> str:
     return summary(type(thing)).replace("`", "")[:160]
 
 
-def _in_words(about: dict[str, Any], m: Reflectance) -> str:
+def _in_words(about: dict[str, Any]) -> str:
     """Channels, places of a map, sides, the delta lobe, and the laws that it may break."""
     parts = [f"channels {words.channels(about)}"]
-    if shape := batch.full_shape(m, ()):
-        parts.append(f"a map of {' x '.join(map(str, shape))} places")
-    if m.sides != "front":
-        parts.append("transmits" if m.sides == "both" else f"sides: {m.sides}")
+    if "places" in about:
+        parts.append(f"a map of {words.places(about)}")
+    if "sides" in about:
+        parts.append(words.sides(about))
     if about["has_delta"]:
         parts.append("has a delta lobe")
     if about["breaks"]:
