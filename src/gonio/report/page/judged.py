@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from html import escape
 
-from ...conversion.conversion import percent
 from . import comparisons, plots
 from .told import Told, angle, n, reason, table
 from .typeset import typeset
@@ -76,7 +75,7 @@ def fits(its: Told) -> str:
             (
                 f"{angle(c['low'])} to {angle(c['high'])}",
                 str(c["values"]),
-                percent(c["rms"]),
+                f"{100.0 * c['rms']:.2g} %",
                 f"{100.0 * c['mean']:+.2g} %",
             )
             for c in best["by_incidence"]
