@@ -16,8 +16,8 @@ import numpy as np
 from timing import THREADS, Engine, machine, measure
 
 import gonio as gn
-from gonio import discover
 from gonio.base.reflectance import Reflectance
+from gonio.declared import discover
 from gonio.formula.distribution import Distribution
 
 COUNT = 1 << 18

@@ -50,7 +50,7 @@ EQUIVALENT = {
         "src/gonio/models/walthall.py:53": "an estimate by which a sum shares its samples",
         "src/gonio/radiometry/solid_angles.py:214": "where an edge is level, nothing is cut, and the share is not used",
         "src/gonio/rays/walk.py:63": "nothing times a number",
-        "src/gonio/texels/lit_images.py:210": "what is near is so at 1 m, too; what is far is at infinity",
+        "src/gonio/fitting/maps/lit_images.py:210": "what is near is so at 1 m, too; what is far is at infinity",
     },
 }
 """By seed: faults of 5209b87 that no test can see, and why."""

@@ -23,9 +23,9 @@ import xarray
 
 import gonio as gn
 from gonio.base import identity as identities
-from gonio.catalogue import fit_many as many
+from gonio.fitting import fit_many as many
+from gonio.fitting.maps import map_chunks
 from gonio.scenes import passes
-from gonio.texels import map_chunks
 
 COUNT, TEXELS = 6, (6, 4)
 

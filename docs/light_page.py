@@ -8,7 +8,7 @@ from model_pages import markdown
 
 import gonio as gn
 from gonio.base.light import Light
-from gonio.discover import docstring
+from gonio.declared.discover import docstring
 from gonio.facts.models import PARTS, arguments, sections, summary
 from gonio.formula.fields import Channels
 from gonio.formula.text import literal

@@ -21,8 +21,8 @@ import model_pages
 import stubs
 
 import gonio as gn
-from gonio import discover
 from gonio.base.light import Light
+from gonio.declared import discover
 from gonio.facts.format_table import as_page, format_table
 from gonio.formats import formats
 from gonio.formula.maskings import MASKINGS

@@ -10,8 +10,8 @@ from pathlib import Path
 from types import ModuleType
 
 import gonio as gn
-from gonio.contents import Folder
-from gonio.discover import docstring, labelled
+from gonio.declared.contents import Folder
+from gonio.declared.discover import docstring, labelled
 from gonio.formula.classes import parameter_lines, signature, takes_fields
 from gonio.formula.fields import Option
 from gonio.formula.parametrised import Parametrised
@@ -24,9 +24,9 @@ from os import PathLike
 from types import ModuleType
 from typing import Any, Literal
 
-from .contents import Contents
+from .declared.contents import Contents
 from .formula.classes import Array
-from .version import __version__ as __version__
+from .declared.version import __version__ as __version__
 '''
 
 
@@ -38,7 +38,7 @@ def text() -> str:
         if isinstance(value, Folder):
             definitions.append(f"def {name}() -> {value.contents.__annotations__['return']}: ...")
         elif isinstance(value, ModuleType):
-            imports.append(f"from . import {name} as {name}")
+            imports.append(f"from .{gn._ON_USE.get(name, '')} import {name} as {name}")
         elif isinstance(value, type) and issubclass(value, Parametrised) and takes_fields(value) and value.fields:
             imports.append(f"from {home(name)} import {name} as _{name}")
             definitions.append("\n".join(class_lines(name, value)))

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 from docstrings import as_rst, inline
 
 import gonio as gn
-from gonio import discover
 from gonio.base.light import Light
-from gonio.contents import Folder
+from gonio.declared import discover
+from gonio.declared.contents import Folder
 from gonio.facts.models import kinds
 from gonio.formula.state import derived
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from . import discover, notebooks
 from . import errors as errors
 from .base.angles import angles as angles
 from .base.angles import direction as direction
@@ -29,19 +28,20 @@ from .base.frames import to_world as to_world
 from .base.reflectance import Reflectance as Reflectance
 from .base.results import Sample as Sample
 from .base.under_light import UnderLight as UnderLight
+from .declared import discover, notebooks
+from .declared.version import __version__ as __version__
 from .errors import Error as Error
 from .formula.dispersion import Dispersion as Dispersion
 from .formula.fields import CLASSES
 from .formula.spectrum import Spectrum as Spectrum
 from .formula.texture import Texture as Texture
-from .version import __version__ as __version__
 
 _ON_USE = {
     "load": "formats",
     "save": "formats",
     "material": "catalogue.builtin",
     "materials": "catalogue.builtin",
-    "nearest": "catalogue.nearest",
+    "nearest": "reconstruction.nearest",
     "formats": "",
     "fresnel_terms": "formula.fresnel",
     "refractive_index": "catalogue.builtin",
@@ -79,24 +79,24 @@ _ON_USE = {
     "from_dataset": "tables.dataset",
     "fit": "fitting.fitting",
     "Fit": "fitting.result",
-    "fit_many": "catalogue.fit_many",
-    "plan": "planning.directions",
-    "Plan": "planning.plan",
-    "Goniometer": "planning.goniometer",
-    "reconstruct": "catalogue.reconstruct",
+    "fit_many": "fitting.fit_many",
+    "plan": "reconstruction.planning.directions",
+    "Plan": "reconstruction.planning.plan",
+    "Goniometer": "reconstruction.planning.goniometer",
+    "reconstruct": "reconstruction.reconstruct",
     "Reconstruction": "reconstruction.posterior",
-    "reflectance_basis": "catalogue.reconstruct",
+    "reflectance_basis": "reconstruction.reconstruct",
     "ReflectanceBasis": "reconstruction.reflectance_basis",
-    "plan_table": "catalogue.reconstruct",
-    "TablePlan": "planning.table_plan",
-    "fit_map": "texels.maps",
-    "fit_map_chunks": "texels.map_chunks",
-    "FitMap": "texels.maps",
+    "plan_table": "reconstruction.reconstruct",
+    "TablePlan": "reconstruction.planning.table_plan",
+    "fit_map": "fitting.maps.maps",
+    "fit_map_chunks": "fitting.maps.map_chunks",
+    "FitMap": "fitting.maps.maps",
     "fit_problem": "fitting.problem",
-    "observations": "texels.observations",
-    "Observations": "texels.observations",
-    "photometric_stereo": "texels.photometric_stereo",
-    "PhotometricStereo": "texels.photometric_stereo",
+    "observations": "fitting.maps.observations",
+    "Observations": "fitting.maps.observations",
+    "photometric_stereo": "fitting.maps.photometric_stereo",
+    "PhotometricStereo": "fitting.maps.photometric_stereo",
     "retro_facets": "reconstruction.retro_facets",
     "RetroFacets": "reconstruction.retro_facets",
     "select_model": "fitting.selection",
@@ -119,7 +119,7 @@ _ON_USE = {
     "read_image": "pictures.image",
     "Image": "pictures.image",
     "radiometry": "",
-    "roughness": "",
+    "roughness": "radiometry",
     "repair": "",
     "cite": "catalogue.citations",
     "write_report": "report.page",

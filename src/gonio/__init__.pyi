@@ -5,16 +5,15 @@ from os import PathLike
 from types import ModuleType
 from typing import Any, Literal
 
-from .contents import Contents
+from .declared.contents import Contents
 from .formula.classes import Array
-from .version import __version__ as __version__
+from .declared.version import __version__ as __version__
 from . import errors as errors
 from . import figures as figures
 from . import polarization as polarization
 from . import radiometry as radiometry
 from . import remote_sensing as remote_sensing
 from . import repair as repair
-from . import roughness as roughness
 from . import surfaces as surfaces
 from .base.angles import angles as angles
 from .base.angles import direction as direction
@@ -44,11 +43,6 @@ from .catalogue.colours import illuminant as illuminant
 from .catalogue.colours import to_colour as to_colour
 from .catalogue.colours import upsampled as upsampled
 from .catalogue.expressions import expression as expression
-from .catalogue.fit_many import fit_many as fit_many
-from .catalogue.nearest import nearest as nearest
-from .catalogue.reconstruct import plan_table as plan_table
-from .catalogue.reconstruct import reconstruct as reconstruct
-from .catalogue.reconstruct import reflectance_basis as reflectance_basis
 from .compile.threads import threads as threads
 from .conversion.conversion import convert as convert
 from .conversion.tabulated import tabulate as tabulate
@@ -65,7 +59,15 @@ from .distributions.tabulated_anisotropic_facets import TabulatedAnisotropicFace
 from .distributions.tabulated_facets import TabulatedFacets as TabulatedFacets
 from .errors import Error as Error
 from .facts.compiled import kernel as kernel
+from .fitting.fit_many import fit_many as fit_many
 from .fitting.fitting import fit as fit
+from .fitting.maps.map_chunks import fit_map_chunks as fit_map_chunks
+from .fitting.maps.maps import FitMap as FitMap
+from .fitting.maps.maps import fit_map as fit_map
+from .fitting.maps.observations import Observations as Observations
+from .fitting.maps.observations import observations as observations
+from .fitting.maps.photometric_stereo import PhotometricStereo as PhotometricStereo
+from .fitting.maps.photometric_stereo import photometric_stereo as photometric_stereo
 from .fitting.problem import fit_problem as fit_problem
 from .fitting.result import Fit as Fit
 from .fitting.selection import select_model as select_model
@@ -205,11 +207,16 @@ from .pictures.difference import Difference as Difference
 from .pictures.difference import difference as difference
 from .pictures.image import Image as Image
 from .pictures.image import read_image as read_image
-from .planning.directions import plan as plan
-from .planning.goniometer import Goniometer as Goniometer
-from .planning.plan import Plan as Plan
-from .planning.table_plan import TablePlan as TablePlan
+from .radiometry import roughness as roughness
+from .reconstruction.nearest import nearest as nearest
+from .reconstruction.planning.directions import plan as plan
+from .reconstruction.planning.goniometer import Goniometer as Goniometer
+from .reconstruction.planning.plan import Plan as Plan
+from .reconstruction.planning.table_plan import TablePlan as TablePlan
 from .reconstruction.posterior import Reconstruction as Reconstruction
+from .reconstruction.reconstruct import plan_table as plan_table
+from .reconstruction.reconstruct import reconstruct as reconstruct
+from .reconstruction.reconstruct import reflectance_basis as reflectance_basis
 from .reconstruction.reflectance_basis import ReflectanceBasis as ReflectanceBasis
 from .reconstruction.retro_facets import RetroFacets as RetroFacets
 from .reconstruction.retro_facets import retro_facets as retro_facets
@@ -229,13 +236,6 @@ from .tables.drawing import Drawn as Drawn
 from .tables.drawing import Sampled as Sampled
 from .tables.gridded import Gridded as Gridded
 from .tables.scattered import Scattered as Scattered
-from .texels.map_chunks import fit_map_chunks as fit_map_chunks
-from .texels.maps import FitMap as FitMap
-from .texels.maps import fit_map as fit_map
-from .texels.observations import Observations as Observations
-from .texels.observations import observations as observations
-from .texels.photometric_stereo import PhotometricStereo as PhotometricStereo
-from .texels.photometric_stereo import photometric_stereo as photometric_stereo
 from .uncertainty import with_uncertainty as with_uncertainty
 
 class ABC(_ABC):

@@ -336,7 +336,7 @@ def test_help_and_sources_without_docstrings(tmp_path):
     """`python -OO` changes neither help nor citations, of any model. (D18)"""
     code = (
         "import gonio as gn, runpy, sys\n"
-        "from gonio.discover import modules\n"
+        "from gonio.declared.discover import modules\n"
         "[modules(f'gonio.{p}') for p in ('models', 'distributions', 'formats', 'lights')]\n"
         "from gonio.formula.fields import CLASSES\n"
         "for name in sorted(CLASSES): print(gn.cite(name))\n"

@@ -22,8 +22,9 @@ from places import PACKAGE, ROOT
 import gonio as gn
 from gonio.compile import plans, store, workers
 from gonio.compile.llvm import machine
-from gonio.compile.threads import apart, share
+from gonio.compile.threads import share
 from gonio.evaluate import planning, tracing
+from gonio.machine.aside import apart
 from gonio.numerics.embree import Triangles as Packets
 from gonio.uncertainty.table import _ledger as ledger
 

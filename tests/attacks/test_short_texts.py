@@ -14,10 +14,10 @@ from libraries import switch_off
 from sweeps import every
 
 import gonio as gn
-from gonio.bounds import CHANNELS, COMPILED, EVALUATIONS, NESTED
 from gonio.catalogue.typed import with_parameters
 from gonio.errors import ExpressionError, FormatError, NotFoundError, ParameterError
 from gonio.evaluate import planning
+from gonio.formula.bounds import CHANNELS, COMPILED, EVALUATIONS, NESTED
 from gonio.formula.fields import CLASSES
 from gonio.formula.json_form import from_json, names
 

@@ -16,10 +16,10 @@ from materials import DISTRIBUTIONS, FRESNELS, MODELS, draws, most, on_sphere, p
 from sweeps import each_draw, every
 
 import gonio as gn
-from gonio import discover
 from gonio.base.light import Light
 from gonio.base.reflectance import Scaled, Sum
 from gonio.catalogue.expressions import expression, read
+from gonio.declared import discover
 from gonio.errors import ArrayTypeError, Error, FormatError, NotFoundError, ParameterError, ShapeError
 from gonio.formula.fields import CLASSES
 from gonio.formula.json_form import from_json

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import discover
 from gonio.bridges import materialx, pbrt, radiance
 from gonio.bridges import mitsuba as of_mitsuba
+from gonio.declared import discover
 from gonio.errors import ParameterError
 
 COLOUR = [0.8, 0.4, 0.1]

@@ -14,10 +14,10 @@ import pytest
 from click.testing import CliRunner
 
 import gonio as gn
-from gonio.base.typed_angles import all_in_degrees, in_degrees
 from gonio.bridges.source import languages
 from gonio.cli import commands, completion
 from gonio.cli.arguments import resolve_light
+from gonio.declared.typed import all_in_degrees, in_degrees
 from gonio.errors import DirectionWarning, NotFoundError, ParameterError
 
 

@@ -84,7 +84,7 @@ def test_pictures_of_a_free_scale_and_other_lights(run):
         (["brass", "-n", "0"], "0 is not in the range"),
         (["brass", "-o", "a.gif"], "expected a name that ends in"),
         (["brass", "-n", "500", "-o", "a.png"], "expected up to 399 beside a picture"),
-        (["brass", "--size", "0", "-o", "a.png"], "size=0: expected a whole number"),
+        (["brass", "--size", "0", "-o", "a.png"], "size=0): expected a whole number"),
         (["RoughDielectric(GGX(0.2), 1.5)"], "transmits light"),
         (["brass", "-a", "RoughDielectric(GGX(0.2), 1.5)"], "none of 1 could be compared"),
     ],

@@ -16,9 +16,10 @@ from libraries import thinned
 from places import ROOT
 
 import gonio as gn
-from gonio.compile import memory, plans
+from gonio.compile import plans
 from gonio.compile.llvm import machine
 from gonio.evaluate import planning
+from gonio.machine import memory
 
 needs_a_compiler = pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")
 

@@ -13,6 +13,7 @@ from seeds import SEEDS
 
 import gonio as gn
 from gonio import files
+from gonio.base.angles import lattice_pairs
 from gonio.cli.convert import conversion_as_text
 from gonio.cli.info import facts_as_text
 from gonio.conversion import comparison, conversion
@@ -107,7 +108,7 @@ def test_a_material_survives_the_round_trip(module, tmp_path):
     m, report = held_by(module, path)
     again = load(path)
     assert report.error is not None and report.format == module.NAME
-    wi, wo = comparison.lattice_pairs(500, 0.3)
+    wi, wo = lattice_pairs(500, 0.3)
     if module.NAME in NEEDED:
         wi = np.broadcast_to(gn.direction(*NEEDED[module.NAME]["incident"]), wi.shape)  # a file holds one
     else:
@@ -255,7 +256,7 @@ def densest_albedo_change(m, made, step, last=80.0):
 @pytest.mark.parametrize("step", thinned([1.25, 0.5], [1.25]))
 def test_the_report_says_what_was_measured(step, tmp_path, monkeypatch):
     report = gn.convert(RGB, tmp_path / "a.bsdf", "RGL", resolution=16, theta_i=7)
-    wi, wo = comparison.lattice_pairs(comparison.PAIRS)
+    wi, wo = lattice_pairs(comparison.PAIRS)
     off = np.abs(report.made.f(wi, wo) / RGB.f(wi, wo) - 1.0)
     assert report.error.mean == pytest.approx(off.mean())
     assert off.max() <= report.error.largest < 1.5 * off.max()
@@ -312,7 +313,7 @@ def test_changes_are_found_between_the_nodes(step, pairs, tmp_path):
     error = gn.convert(m, path, "Zemax").error
     true = densest_albedo_change(m, gn.load(path), step, 82.5)
     assert 0.8 * true < error.albedo < 1.05 * true
-    wi, wo = comparison.lattice_pairs(pairs)
+    wi, wo = lattice_pairs(pairs)
     off = np.abs(gn.load(path).f(wi, wo) / m.f(wi, wo) - 1.0)
     assert np.nanmax(off) <= 1.2 * error.largest
     assert math.degrees(error.albedo_at[0]) <= 82.5 + 1e-9

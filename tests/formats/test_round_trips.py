@@ -25,7 +25,7 @@ from click.testing import CliRunner
 from libraries import thinned
 
 import gonio as gn
-from gonio.base.angles import angles, direction
+from gonio.base.angles import angles, direction, lattice_pairs
 from gonio.base.measured import Measured
 from gonio.cli.commands import cli
 from gonio.conversion import comparison
@@ -436,7 +436,7 @@ def first(folder):
     return cache(lambda a, kind: converted(SOURCES[kind], a, folder / f"{a}-{kind}{FORMATS[a].suffix}"))
 
 
-WI, WO = comparison.lattice_pairs(COUNT, STEEP)
+WI, WO = lattice_pairs(COUNT, STEEP)
 
 
 def change(m: Any, to: str) -> tuple[np.ndarray, Any]:

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import caches
 from gonio.arrays.kinds import VALUE
 from gonio.base import kernels
 from gonio.compile import store
 from gonio.evaluate import planning, tracing
+from gonio.machine import caches
 from gonio.numerics.lattice import lattice
 
 compiled = pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")

@@ -20,8 +20,10 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import authoring, discover, figures, radiometry, repair, roughness, surfaces, testing
+from gonio import authoring, figures, radiometry, repair, surfaces, testing
+from gonio.declared import discover
 from gonio.formula.state import derived
+from gonio.radiometry import roughness
 
 BESIDE = (authoring, figures, radiometry, repair, roughness, surfaces, testing)
 BASES = ("gonio.base.", "gonio.formula.")  # rooms where public classes have private bases, for shorter files

@@ -20,10 +20,11 @@ from places import ROOT
 from sweeps import every
 
 import gonio as gn
-from gonio import authoring, discover
+from gonio import authoring
 from gonio.base.light import Light
 from gonio.base.reflectance import Scaled
-from gonio.contents import WIDTH
+from gonio.declared import discover
+from gonio.declared.contents import WIDTH
 from gonio.errors import NotFoundError, ParameterError
 from gonio.formula.classes import aliases, takes_fields
 from gonio.formula.fields import CLASSES, Option, Param, param

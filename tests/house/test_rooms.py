@@ -23,7 +23,7 @@ def test_rooms_are_the_folders():
 
 def test_tests_stand_in_the_folder_of_their_room():
     others = {"attacks", "house", "sweeps", "tools"}
-    folders = {path.parent.relative_to(ROOT / "tests").as_posix() for path in (ROOT / "tests").rglob("test_*.py")}
+    folders = {path.relative_to(ROOT / "tests").parts[0] for path in (ROOT / "tests").rglob("test_*.py")}
     assert folders <= (set(ROOMS) - {""}) | others, "the tests of src/gonio/ROOM stand in tests/ROOM"
 
 

@@ -10,7 +10,7 @@ import pytest
 from materials import on_sphere
 
 import gonio as gn
-from gonio import discover
+from gonio.declared import discover
 from gonio.evaluate.factors import factors
 from gonio.formula.fields import Param
 from gonio.integrals.map_rows import Rows

@@ -18,7 +18,7 @@ import gonio as gn
 from gonio.arrays import ops
 from gonio.base.reflectance import Reflectance
 from gonio.cli.commands import cli
-from gonio.discover import docstring, labelled
+from gonio.declared.discover import docstring, labelled
 from gonio.errors import NotFoundError, ParameterError
 from gonio.figures import laws_figure
 from gonio.formula.direction import Direction

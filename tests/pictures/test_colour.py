@@ -12,7 +12,7 @@ from places import PACKAGE
 import gonio as gn
 from gonio.base.light import Light
 from gonio.cli import albedo, arguments, check, commands, render, show
-from gonio.discover import docstring, modules
+from gonio.declared.discover import docstring, modules
 from gonio.errors import Error, NotFoundError, ParameterError
 from gonio.facts import material as facts
 from gonio.figures import _drawing

@@ -256,11 +256,11 @@ def test_shapes_and_single_precision():
 @pytest.mark.parametrize(
     "call, error, words",
     [
-        (lambda: ff.coaxial_disks(0.0, 1.0, 1.0), ParameterError, "radius_1 must be greater than 0"),
+        (lambda: ff.coaxial_disks(0.0, 1.0, 1.0), ParameterError, "radius_1=0: expected numbers above 0"),
         (lambda: ff.point_to_sphere(2.0, 1.0), ParameterError, "inside the sphere"),
         (lambda: ff.concentric_spheres(2.0, 1.0), ParameterError, "radius must be at most outer"),
         (lambda: ff.plane_to_tubes(2.0, 1.0), ParameterError, "do not overlap"),
-        (lambda: ff.polygon_to_polygon(SQUARE[:2], SQUARE), ShapeError, "vertices_1 must be of shape"),
+        (lambda: ff.polygon_to_polygon(SQUARE[:2], SQUARE), ShapeError, "vertices_1: shape"),
         (lambda: ff.polygon_to_polygon(0.0 * SQUARE, SQUARE), ParameterError, "vertices_1 has no area"),
         (lambda: ff.polygon_to_polygon(SQUARE + np.eye(4)[:, :3] * 0.1, SQUARE), ParameterError, "not plane"),
     ],

@@ -668,29 +668,45 @@ BAD = {
     "distance": (
         lambda: rad.solid_angle(1.0, 0.0),
         ParameterError,
-        "distance must be greater than 0, got 0:",
+        "distance=0: expected numbers above 0:",
     ),
     "one of many": (
         lambda: rad.solid_angle([1, -2, 3], 1),
         ParameterError,
-        r"got -2 \(1 of 3 values\): check",
+        r"area=-2 \(1 of 3 values\): expected numbers from 0: check",
     ),
     "cosine": (
         lambda: rad.solid_angle(1.0, 1.0, 1.2),
         ParameterError,
-        r"in \[0, 1\], got 1.2: .*not an angle",
+        "cos_theta=1.2: expected numbers from 0 to 1: .*not an angle",
     ),
-    "grazing": (lambda: rad.radiance(1.0, 1.0, 1.0, 0.0), ParameterError, r"in \(0, 1\], got 0"),
-    "degrees": (lambda: rad.solid_angle_cone(30.0), ParameterError, "got 30: angles are in radians"),
-    "width": (lambda: rad.solid_angle_latlong_pixel(0.0, 1.0, 7.0), ParameterError, r"in \[0, 2 pi\], got 7"),
+    "grazing": (
+        lambda: rad.radiance(1.0, 1.0, 1.0, 0.0),
+        ParameterError,
+        "cos_theta=0: expected numbers above 0 up to 1",
+    ),
+    "degrees": (
+        lambda: rad.solid_angle_cone(30.0),
+        ParameterError,
+        r"half_angle=30: .*in degrees\? numpy.radians\(30\) = 0.5236",
+    ),
+    "width": (
+        lambda: rad.solid_angle_latlong_pixel(0.0, 1.0, 7.0),
+        ParameterError,
+        "width=7: expected numbers from 0 to 6.28319 rad",
+    ),
     "negative angle": (
         lambda: rad.projected_solid_angle_cone(-1e-9),
         ParameterError,
-        "half_angle must be in",
+        "half_angle=-1e-09: expected numbers from 0",
     ),
-    "reflectance": (lambda: rad.radiosity_balance(1, 1.1, 1), ParameterError, "reflectance .* got 1.1"),
-    "wavelength": (lambda: rad.photon_flux(1.0, 0.0), ParameterError, "wavelength must be greater than 0"),
-    "radius": (lambda: rad.solid_angle_sphere(-1.0, 2.0), ParameterError, "radius must be 0 or greater"),
+    "reflectance": (
+        lambda: rad.radiosity_balance(1, 1.1, 1),
+        ParameterError,
+        "reflectance=1.1: expected numbers from 0 to 1",
+    ),
+    "wavelength": (lambda: rad.photon_flux(1.0, 0.0), ParameterError, "wavelength=0: expected numbers above 0 nm"),
+    "radius": (lambda: rad.solid_angle_sphere(-1.0, 2.0), ParameterError, "radius=-1: expected numbers from 0"),
     "broadcast": (
         lambda: rad.solid_angle(np.ones(2), np.ones(3)),
         ShapeError,
@@ -699,7 +715,7 @@ BAD = {
     "not a vector": (
         lambda: rad.solid_angle_triangle([1, 2], [1, 2], [1, 2]),
         ShapeError,
-        r"a must be .*\(2,\)",
+        r"a: shape \(2,\); expected \(\.\.\., 3\)",
     ),
     "vertices": (
         lambda: rad.solid_angle_triangle(np.ones((2, 3)), np.ones((4, 3)), np.ones(3)),
@@ -710,7 +726,7 @@ BAD = {
     "infinity": (
         lambda: rad.solid_angle_triangle([np.inf, 0, 0], *AXES[1:]),
         ParameterError,
-        "finite, got inf",
+        "a: inf; expected finite",
     ),
     "skew": (
         lambda: rad.solid_angle_rectangle([0, 0, 1], [1, 0, 0], [1, 1, 0]),
@@ -735,12 +751,12 @@ BAD = {
         ShapeError,
         r"\(3,\) or \(3, 'C'\)",
     ),
-    "complex": (lambda: rad.uniform_irradiance(1j), ArrayTypeError, "real numbers, got complex128"),
-    "text": (lambda: rad.uniform_irradiance("1"), ArrayTypeError, "L must be real numbers, got <U1"),
+    "complex": (lambda: rad.uniform_irradiance(1j), ArrayTypeError, "L=1j: complex128, .*expected real numbers"),
+    "text": (lambda: rad.uniform_irradiance("1"), ArrayTypeError, "L='1': <U1, .*expected real numbers"),
     "ragged": (
         lambda: rad.uniform_irradiance([[1, 2], [3]]),
         ArrayTypeError,
-        "L must be real numbers, got rows of unequal length",
+        r"L=\[\[1, 2\], \[3\]\]: rows of unequal length; expected",
     ),
 }
 

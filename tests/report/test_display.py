@@ -17,7 +17,7 @@ import pytest
 from house import PAINT
 
 import gonio as gn
-from gonio import notebooks
+from gonio.declared import notebooks
 from gonio.report import display
 from gonio.report.display import _html, _sphere, _things
 

@@ -156,7 +156,7 @@ def test_directions_without_data_are_black_and_are_counted():
     ("arguments", "text"),
     [
         ({"shape": "cube"}, "expected one of 'cylinder', 'disk', 'plane', 'sphere'"),
-        ({"size": 0}, "size=0: expected a whole number from 1"),
+        ({"size": 0}, "size=0\\): expected a whole number from 1"),
         ({"size": 2.5}, "size=2.5"),
         ({"samples": -1}, "samples=-1"),
         ({"seed": -1}, "seed=-1"),

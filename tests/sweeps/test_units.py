@@ -20,7 +20,7 @@ from libraries import thinned
 from xlsx_files import workbook
 
 import gonio as gn
-from gonio.base import typed_angles
+from gonio.declared import typed as typed_angles
 from gonio.formats import formats
 from gonio.formats._options import options
 from gonio.formula.parametrised import Parametrised

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import gonio as gn
-from gonio import discover
 from gonio.base.reflectance import Reflectance, Scaled, Sum
+from gonio.declared import discover
 from gonio.errors import ParameterError
 from gonio.formula.direction import Direction
 from gonio.formula.distribution import Distribution

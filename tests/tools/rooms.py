@@ -11,12 +11,12 @@ from pathlib import Path
 from places import PACKAGE
 
 ROOMS = (
-    *("", "numerics", "radiometry", "trace", "arrays", "compile", "rays", "pictures"),
+    *("", "machine", "declared", "files", "numerics", "radiometry", "trace", "arrays", "compile", "rays", "pictures"),
     *("formula", "evaluate", "base", "polarization"),
-    *("surfaces", "distributions", "models", "lights", "tables", "integrals", "layers", "remote_sensing", "formats"),
-    *("conversion", "repair", "uncertainty", "laws", "fitting", "texels", "reconstruction", "planning"),
+    *("surfaces", "distributions", "models", "lights", "tables", "integrals", "layers", "remote_sensing"),
+    *("formats", "catalogue", "conversion", "repair", "uncertainty", "laws", "fitting", "reconstruction"),
     *("scenes", "interreflection", "instrument"),
-    *("catalogue", "bridges", "figures", "facts", "report", "explorer", "cli"),
+    *("bridges", "figures", "facts", "report", "explorer", "cli"),
 )
 """Folders, from the ground up; "" stands for the modules beside them."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import discover
+from ..declared import discover
 from ..errors import ArrayTypeError
 from ..trace.symbol import Symbol, Symbols, TableSymbol
 from .fixed import Array as Array

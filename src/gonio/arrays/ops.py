@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..declared.numbers import is_masked as is_masked
+from ..declared.numbers import numbers as numbers
 from ..errors import ArrayTypeError, ShapeError
-from ..numbers import is_masked as is_masked
-from ..numbers import numbers as numbers
 from . import LIBRARIES as LIBRARIES
 from . import Array
 from . import Library as Library

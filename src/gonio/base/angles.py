@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..arrays.kinds import SCALAR, VECTOR
+from ..declared.arguments import checked
 from ..errors import DirectionError, DirectionWarning, ParameterError, ShapeError, shown, warn
 from ..evaluate.labelled import takes_labels
+from ..numerics.lattice import lattice
 
 TYPED = 1e-3
 """How far from 1 the length of a vector may be that was typed with three digits; what is further off is refused."""
@@ -161,3 +162,10 @@ def _suspect_radians(*angles: Any) -> None:
         first = float(values.flat[0])
         text = f"degrees=True: {first:.6g} is taken as degrees, and is {math.degrees(first):.0f} degrees in radians"
         warn(f"{text}; for radians leave degrees=True out", DirectionWarning)
+
+
+def lattice_pairs(count: int, least: float = 0.1) -> tuple[np.ndarray, np.ndarray]:
+    """Evenly spread pairs of directions with cosines of at least `least`."""
+    u = lattice(count, 4)
+    theta = np.arccos(1.0 - (1.0 - least) * u[:, :2])
+    return direction(theta[:, 0], 2.0 * math.pi * u[:, 2]), direction(theta[:, 1], 2.0 * math.pi * u[:, 3])

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from ..arrays import NAMED, frozen, ops
+from ..declared.numbers import NANOMETRES
 from ..errors import MeaningWarning, NotFoundError, ParameterError, suggestion, warn
 from ..formula.fields import Param, Wavelengths
 from ..formula.spectrum import Spectrum, as_wavelengths
 from ..formula.text import few, shown
-from ..numbers import NANOMETRES
 
 if TYPE_CHECKING:
     from ._channels import Channelled

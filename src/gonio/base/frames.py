@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import LIBRARIES, ops
 from ..arrays.kinds import SCALAR, VECTOR
+from ..declared.arguments import checked
 from ..errors import ArrayTypeError, DirectionError, ParameterError, ShapeError, shown
 from ..evaluate.labelled import takes_labels
 from ..formula import direction as components

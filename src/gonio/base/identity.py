@@ -18,12 +18,12 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..arrays.labels import is_named
+from ..declared.version import __version__
 from ..evaluate.tracing import content
 from ..formula.fields import Field, Part
 from ..formula.parametrised import Parametrised
 from ..formula.state import Note
 from ..formula.value import Value
-from ..version import __version__
 
 ORIGIN = {"path", "about", "provenance"}
 """Notes that say where numbers are from: the same numbers from elsewhere are the same work."""

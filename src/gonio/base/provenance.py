@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..version import __version__
+from ..declared.version import __version__
 from .measured import Measured
 from .reflectance import Reflectance
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..declared.numbers import NANOMETRES
 from ..errors import MeaningWarning, ParameterError, warn
 from ..formula.direction import HORIZON
-from ..numbers import NANOMETRES
 
 QUANTITIES: dict[str, Callable[[Any, Any], Any]] = {
     "brdf": lambda cos_i, cos_o: 1.0,

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.labels import is_named
+from ..declared.notebooks import repr_html, repr_png
 from ..errors import ArrayTypeError, ParameterError, TooLargeError
 from ..evaluate import batch
 from ..formula.direction import Direction
@@ -21,7 +22,6 @@ from ..formula.fields import param, part
 from ..formula.mueller import Mueller
 from ..formula.state import inferred, note
 from ..formula.text import literal
-from ..notebooks import repr_html, repr_png
 from ..numerics.lattice import lattice
 from ._calls import Calls
 from ._fluorescence import Fluorescent

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..notebooks import repr_html
+from ..declared.notebooks import repr_html
 
 
 class Sample(NamedTuple):

@@ -20,9 +20,9 @@ try:
 except ImportError as error:
     raise DependencyError(f"gonio.bridges.jax needs JAX ({error}); pip install 'gonio[jax]'") from error
 
-from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..formula.classes import ON_NEW
 from ..formula.parametrised import Parametrised
 from ..formula.texture import Texture

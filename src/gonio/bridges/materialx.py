@@ -11,8 +11,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..models.disney_diffuse import DisneyDiffuse
 from ..models.eon import EON

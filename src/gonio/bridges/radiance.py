@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..formula.fresnel.constant import Constant
 from ..models.ideal_specular import IdealSpecular

@@ -12,9 +12,9 @@ try:
 except ImportError as error:
     raise DependencyError(f"gonio.bridges.torch needs PyTorch ({error}); pip install 'gonio[torch]'") from error
 
-from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..formula.texture import Texture
 from ..scenes.camera import View
 from ._pictures import Pictures, Settings

@@ -12,10 +12,11 @@ from typing import Any, overload
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..contents import columns
+from ..declared.arguments import checked
+from ..declared.contents import columns
+from ..declared.notebooks import repr_html
 from ..distributions.ggx import GGX
 from ..errors import NotFoundError, ParameterError
 from ..formula.fresnel.conductor import Conductor
@@ -25,7 +26,6 @@ from ..models.abc import ABC
 from ..models.ideal_specular import IdealSpecular
 from ..models.lambertian import Lambertian
 from ..models.microfacet import Microfacet
-from ..notebooks import repr_html
 from ..pictures.colour import observer
 from .index_file import SUFFIXES, Spectra, read
 from .rgb_index import rgb_index

@@ -17,7 +17,7 @@ from typing import Any
 from ..base.measured import Measured
 from ..base.provenance import formats_read
 from ..base.reflectance import Reflectance, Scaled, Sum
-from ..discover import docstring
+from ..declared.discover import docstring
 from ..errors import NotFoundError, ParameterError
 from ..formats import formats
 from ..formula.fields import CLASSES
@@ -103,7 +103,7 @@ def _entries() -> dict[str, str]:
 
 
 def _gonio() -> str:
-    from ..version import __version__
+    from ..declared.version import __version__
 
     return (
         "% the software\n@software{gonio,\n  author = {{The gonio developers}},\n"

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..base.textured import require_numbers
+from ..declared.arguments import checked
 from ..errors import DependencyError, NotFoundError, ParameterError, ShapeError, shown, suggestion
 from ..formula.blackbody import Blackbody
 from ..formula.fields import Param, Part

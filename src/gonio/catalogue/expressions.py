@@ -17,12 +17,12 @@ import warnings
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance, Scaled, sum_of
-from ..bounds import MAX_DEPTH, MAX_LENGTH
+from ..declared.arguments import checked
 from ..errors import DependencyError, Error, ExpressionError
 from ..formats import load
+from ..formula.bounds import MAX_DEPTH, MAX_LENGTH
 from ..formula.json_form import SPECTRA, kind_of, names
 from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum

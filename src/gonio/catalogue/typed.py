@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.reflectance import Reflectance
-from ..base.typed_angles import in_degrees, typed_angle
+from ..declared.typed import in_degrees, typed_angle
 from ..errors import Error, ExpressionError, NotFoundError, ParameterError
 from ..formats import formats, load_as_typed
 from ..formula.fields import Channels, Table

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..base.typed_angles import all_in_degrees, in_degrees, suspect_radians
+from ..declared.typed import all_in_degrees, in_degrees, suspect_radians
 from ..errors import ParameterError
 
 

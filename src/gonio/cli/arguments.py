@@ -12,9 +12,9 @@ from pathlib import Path
 
 from ..base.light import Light
 from ..base.reflectance import Reflectance
-from ..base.typed_angles import in_degrees
 from ..catalogue.expressions import describe, read
 from ..catalogue.typed import as_typed, files_like
+from ..declared.typed import in_degrees
 from ..errors import ExpressionError, NotFoundError, ParameterError
 from ..formats import load_as_typed
 from ..formula.parametrised import Parametrised

@@ -143,7 +143,7 @@ def fit(
 
 
 def _fit_folder(folder: str, models: Any, output: Path, scheduler: str | None, **options: Any) -> None:
-    from ..catalogue.fit_many import fit_folder
+    from ..fitting.fit_many import fit_folder
 
     start = time.perf_counter()
     with bar("fitting") as progress:
@@ -160,7 +160,7 @@ FAILED = 10
 def _fit_map(store: str, model: Any, output: Path, **options: Any) -> None:
     import xarray
 
-    from ..texels.map_chunks import fit_map_chunks
+    from ..fitting.maps.map_chunks import fit_map_chunks
 
     start = time.perf_counter()
     try:

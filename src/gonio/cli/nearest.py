@@ -18,8 +18,8 @@ from .terminal import bar, echo, print_json
 if TYPE_CHECKING:
     from ..base.light import Light
     from ..base.reflectance import Reflectance
-    from ..catalogue.nearest import Match
     from ..pictures.image import Image
+    from ..reconstruction.nearest import Match
 
 TITLE = 26
 """Characters of a name above a picture."""
@@ -92,17 +92,15 @@ def nearest(
     The distance is the root of the mean square difference, over directions up to 80 degrees from the normal, half of
     them about the mirror direction, and over red, green and blue; where one of both is gray, of luminance.
     """
-    from ..catalogue.nearest import nearest as found_near
+    from ..reconstruction.nearest import nearest as found_near
 
     start = time.perf_counter()
     if output is not None:
         from ..figures._drawing import MOST, check_target
-        from ..scenes.rendering import check
 
         check_target(output)
         if count >= MOST:
             raise ParameterError(f"--count {count}: expected up to {MOST - 1} beside a picture; leave -o out for more")
-        check(size, samples, 0)
     m, sources = options.read_material(material, replaced), options.read_lights(lights)
     with bar("comparing") as progress:
         found = found_near(m, list(among) or None, distance, scale, count, progress)

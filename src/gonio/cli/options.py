@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..discover import docstring
+from ..declared.discover import docstring
 from ..errors import ParameterError
 from ..lights._words import DEFAULT, words
 from .angles import Angle

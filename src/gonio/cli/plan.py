@@ -75,8 +75,8 @@ def plan(
       gonio plan fit.json 5 --measured first.csv --in-plane
     """
     from ..files import target
-    from ..planning.directions import plan as plan_measurement
-    from ..planning.goniometer import Goniometer
+    from ..reconstruction.planning.directions import plan as plan_measurement
+    from ..reconstruction.planning.goniometer import Goniometer
 
     if output is not None:
         if output.suffix.lower() not in (".csv", ".json"):

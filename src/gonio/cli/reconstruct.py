@@ -53,10 +53,10 @@ def reconstruct(
       gonio reconstruct --plan 10 -o plan.csv
       gonio reconstruct plan.csv -o table.nc
     """
-    from ..catalogue import reconstruct as tables
     from ..files import target
     from ..formats import save, writer
     from ..formats import target as target_of
+    from ..reconstruction import reconstruct as tables
 
     if file is None and count is None:
         raise ParameterError("gonio reconstruct: expected a FILE of values, or --plan N")

@@ -69,8 +69,8 @@ def render(
 
     A .png is sRGB with a transparent background; .exr and .hdr hold linear radiance.
     """
+    from ..base.shown_channels import is_coloured
     from ..pictures.image import check_target
-    from ..scenes.rendering import is_coloured
     from ..scenes.rendering import render as render_image
 
     start = time.perf_counter()

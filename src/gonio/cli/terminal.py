@@ -15,10 +15,10 @@ from typing import Any, NoReturn
 
 import click
 
-from ..discover import docstring
+from ..declared.discover import docstring
+from ..declared.version import __version__
 from ..errors import Error, ExpressionError, LeftOutWarning, MissingDataWarning, visible
 from ..facts import finite
-from ..version import __version__
 
 BAD_INPUT, FAULT, INTERRUPTED, NOBODY_READS = 2, 70, 130, 141
 """Exit codes; the last three are those of sysexits.h and of a shell, for SIGINT and SIGPIPE."""

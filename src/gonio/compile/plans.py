@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..machine import memory
 from ..trace.graph import MASK, Graph
-from . import memory, store
+from . import store
 from .llvm.program import ADDED, EACH, PACKED, PLANES, ROW, SAME, STRIDED, SUMS, Array, Output, Program
 from .threads import threads
 from .workers import awake, busy, possible, together, wake

@@ -18,7 +18,7 @@ import sys
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
-from ..caches import Cache
+from ..machine.caches import Cache
 from ..trace import passes
 from . import cache_folder, elf
 from .llvm import machine

@@ -7,7 +7,6 @@ batch that NumPy evaluates). Calls within a part run on the thread of that part.
 
 from __future__ import annotations
 
-import _thread
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -117,42 +116,3 @@ def share(work: Callable[..., Any], parts: Iterable[tuple], after: Callable[[], 
                 raise
     if job.errors:
         raise job.errors[0]
-
-
-def apart(work: Callable[..., Any], *args: Any) -> Any:
-    """`work(*args)`, in a new thread while this one waits: libraries lose their locks to interrupts, and no signal
-    reaches that thread.
-
-    An interrupt is raised when the work has ended.
-    """
-    results: list[Any] = []
-    errors: list[BaseException] = []
-    done, once, started = workers.Ending(), iter((True,)), False
-
-    def run() -> None:
-        if not next(once, False):
-            return
-        try:
-            results.append(work(*args))
-        except BaseException as error:
-            errors.append(error)
-        finally:
-            done.end()
-
-    interrupt: BaseException | None = None
-    while not done.ended:
-        try:
-            if not started:
-                _thread.start_new_thread(run, ())
-                started = True
-            done.wait()
-        except BaseException as error:
-            if started or not isinstance(error, RuntimeError):
-                interrupt = error
-            else:  # no more threads are to be had
-                run()
-    if interrupt is not None:
-        raise interrupt
-    if errors:
-        raise errors[0]
-    return results[0]

@@ -22,6 +22,7 @@ from typing import Any
 from weakref import ref
 
 from ..errors import Error
+from ..machine.aside import Ending
 from . import store
 from .llvm import rounds
 
@@ -58,22 +59,6 @@ def _yield() -> int:
 
 
 _processor = getattr(ctypes.pythonapi, "sched_getcpu", None) if hasattr(os, "sched_setaffinity") else None
-
-
-class Ending:
-    """The end of another thread's work, to be waited for."""
-
-    def __init__(self) -> None:
-        self.ended, self.lock = False, _thread.allocate_lock()
-        self.lock.acquire()
-
-    def end(self) -> None:
-        self.ended = True
-        self.lock.release()
-
-    def wait(self) -> None:
-        while not self.ended:  # an interrupt may come after the lock was taken: nothing depends on who has it
-            self.lock.acquire(timeout=0.05)
 
 
 class _Here(threading.local):

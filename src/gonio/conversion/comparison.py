@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base.angles import angles, direction
+from ..base.angles import angles, direction, lattice_pairs
 from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, ToleranceWarning
 from ..integrals.over_hemisphere import integrate
@@ -70,13 +70,6 @@ class ResamplingError(NamedTuple):
     albedo: float
     at: tuple[float, float, float]
     albedo_at: tuple[float, float]
-
-
-def lattice_pairs(count: int, least: float = LEAST) -> Pair:
-    """Evenly spread pairs of directions with cosines of at least `least`."""
-    u = lattice(count, 4)
-    theta = np.arccos(1.0 - (1.0 - least) * u[:, :2])
-    return direction(theta[:, 0], 2.0 * math.pi * u[:, 2]), direction(theta[:, 1], 2.0 * math.pi * u[:, 3])
 
 
 def pairs_for(*compared: Reflectance) -> int:

@@ -12,21 +12,22 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
+from ..base.angles import lattice_pairs
 from ..base.measured import Measured
 from ..base.provenance import ORIGIN, in_words
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
+from ..declared.notebooks import repr_html
 from ..formats import load, write, writer
 from ..formats._options import options as options_of
 from ..integrals.photons import exchanged_in_words
 from ..models._quarters import QUARTERS, quarters
 from ..models.lambertian import Lambertian
-from ..notebooks import repr_html
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from ..polarization.states import dop
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named
-from .comparison import Channels, ResamplingError, lattice_pairs, pairs_for, resampling_error
+from .comparison import Channels, ResamplingError, pairs_for, resampling_error
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..arguments import checked
+from ..base.angles import lattice_pairs
 from ..base.measured import tabular_shape
 from ..base.provenance import derived
 from ..base.reflectance import Reflectance
 from ..base.reradiation import warn_of_reradiation
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..formula.state import note
 from ..models._quarters import quarters, sheet_of
@@ -21,7 +22,7 @@ from ..tables.angle_systems import SYSTEMS, AngleSystem, angle_system
 from ..tables.axes import nodes_of
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named, f_at
-from .comparison import ResamplingError, lattice_pairs, resampling_error
+from .comparison import ResamplingError, resampling_error
 
 GRAZING = 0.01
 """Cosine of the last polar angles of the grids."""

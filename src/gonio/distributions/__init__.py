@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from ..contents import Contents, Folder
+from ..declared.contents import Contents, Folder
 from ..formula.distribution import Distribution
 from ..formula.json_form import names
 

@@ -9,8 +9,8 @@ from threading import Lock
 import numpy as np
 
 from ..arrays.kinds import MATRIX, SCALAR, SQUARE, SUMMED, TERMS, VECTOR
-from ..compile import memory
 from ..compile.threads import share
+from ..machine import memory
 
 BLOCK = 1 << 16  # directions per block: so many that the cost of Python vanishes, so few that they fit the cache
 

@@ -15,10 +15,10 @@ import numpy as np
 
 from ..arrays import Fixed
 from ..arrays.kinds import TOTAL, VALUE
-from ..compile import memory
 from ..compile.llvm.program import EACH
 from ..compile.llvm.program import TOTAL as SUMMED
 from ..compile.plans import Plan, Result, carry_out, prepare, renewed
+from ..machine import memory
 from ..trace.graph import Graph
 from ..trace.stages import Stages, stages
 from .interpret import evaluate

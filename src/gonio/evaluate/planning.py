@@ -14,8 +14,6 @@ import numpy as np
 
 from ..arrays import LIBRARIES, AsStored, Fixed, Roomy, contiguous
 from ..arrays.kinds import COUNT, MATRIX, SQUARE, SUMMED, TOTAL, VALUE
-from ..bounds import COMPILED
-from ..caches import Cache, Passing, made
 from ..compile import elf
 from ..compile.llvm import machine
 from ..compile.llvm.program import EACH, ONCE, SQUARED
@@ -23,7 +21,9 @@ from ..compile.llvm.program import TOTAL as ADDED_UP
 from ..compile.plans import Plan, Result, carry_out, prepare, renewed
 from ..compile.store import size
 from ..errors import DependencyError, EngineError, EngineWarning, ParameterError, TraceError, warn
+from ..formula.bounds import COMPILED
 from ..formula.parametrised import Parametrised
+from ..machine.caches import Cache, Passing, made
 from . import channels, turned
 from .blocks import Box, cut
 from .channels import Staged

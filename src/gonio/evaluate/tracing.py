@@ -16,11 +16,11 @@ import numpy as np
 
 from ..arrays import Fixed
 from ..arrays.kinds import MATRIX, SCALAR, TERMS, VALUE, VECTOR
-from ..caches import Cache
 from ..errors import Error, TraceError
 from ..formula.fields import Channels, Numbers, Part
 from ..formula.parametrised import Parametrised
 from ..formula.state import State
+from ..machine.caches import Cache
 from ..trace.derive import gradient
 from ..trace.graph import Graph
 from ..trace.symbol import Symbol, TableSymbol, nodes

@@ -11,8 +11,8 @@ import numpy as np
 from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..declared.version import __version__
 from ..errors import ParameterError
-from ..version import __version__
 from .describe import described
 from .shelf import Shelf
 

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..bounds import CHANNELS, MAX_LENGTH
 from ..errors import ParameterError, shown, suggestion
+from ..formula.bounds import CHANNELS, MAX_LENGTH
 
 MOST_BYTES = 1 << 22
 """The longest message of a page."""

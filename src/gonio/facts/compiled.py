@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays.kinds import VECTOR
 from ..base import kernels
 from ..base.reflectance import Reflectance
 from ..compile import store
 from ..compile.llvm.program import EACH, PACKED, SAME, Array, Output, Program
+from ..declared.arguments import checked
+from ..declared.notebooks import repr_html
 from ..errors import NotFoundError
 from ..evaluate import tracing
-from ..notebooks import repr_html
 from ..trace import passes
 from ..trace.show import show
 

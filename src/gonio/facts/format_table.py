@@ -7,8 +7,9 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Argument
 from ..formats import formats
-from ..formats._options import Option, options
+from ..formats._options import options
 
 
 class Format(NamedTuple):
@@ -31,8 +32,8 @@ class Format(NamedTuple):
     description: str
     oracle: str
     layout: str
-    read_options: dict[str, Option]
-    write_options: dict[str, Option] | None
+    read_options: dict[str, Argument]
+    write_options: dict[str, Argument] | None
 
     @property
     def access(self) -> str:

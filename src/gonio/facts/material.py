@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from ..arrays.kinds import with_channels
-from ..base.angles import direction
+from ..base.angles import direction, lattice_pairs
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..base.shown_channels import is_rgb, shown_as
 from ..catalogue import builtin
-from ..conversion.comparison import lattice_pairs
 from ..conversion.conversion import size_of
 from ..errors import MissingDataWarning, ToleranceWarning
 from ..evaluate import batch
@@ -25,7 +25,6 @@ from ..formula.fields import Option, Param, Table
 from ..formula.parametrised import Parametrised
 from ..integrals.albedo import albedo, kept_albedo
 from ..integrals.photons import exchanged_in_words
-from ..scenes.rendering import is_rgb, shown_as
 from ..tables.gridded import Gridded
 from ..tables.half_planes import half_planes
 from ..tables.scattered import Scattered

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from .. import discover
 from ..base.reflectance import Reflectance, Scaled, Sum
+from ..declared import discover
 from ..formula.distribution import Distribution
 from ..formula.fields import Field, Option, Param, Part, Wavelengths
 from ..formula.fresnel_term import Fresnel

@@ -12,8 +12,8 @@ import numpy as np
 from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..base.shown_channels import is_rgb
 from ..pictures.colour import LUMINANCE, RELATIVE_XYZ, XYZ
-from ..scenes.rendering import is_rgb
 from ..tables.gridded import Gridded
 from ..tables.scattered import Scattered
 

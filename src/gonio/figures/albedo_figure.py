@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..base.shown_channels import is_rgb
+from ..declared.arguments import checked
 from ..integrals.albedo import albedo as albedo_of
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
-from ..scenes.rendering import is_rgb
 from ._curves import line
 from ._drawing import DASHES, NO_DATA, RGB, SEQUENCE, label_gap, legend, named, of_one_place, panels
 from ._slices import lit_range, one_number, plane

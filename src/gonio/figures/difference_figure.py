@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..pictures.difference import Difference
 from ..pictures.difference import difference as difference_of

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..integrals.fate import fate as fate_of
 from ._drawing import of_one_place, panels
 

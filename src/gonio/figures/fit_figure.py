@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.angles import angles, direction
 from ..base.frames import half_difference
+from ..declared.arguments import checked
 from ..fitting.result import Fit
 from ..fitting.samples import names_of
 from ._drawing import COLOURS as SIDE_BY_SIDE

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import ParameterError, said_once
 from ..evaluate.tracing import at_most
 from ..pictures.colour import srgb_encode

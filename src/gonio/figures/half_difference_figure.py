@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.frames import from_half_difference
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..tables.gridded import Gridded
 from ._drawing import GRAY, named, of_one_place, panels
 from ._slices import one_number

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import ParameterError, TraceError
 from ..integrals.efficiency import VIEWS, sampling_efficiency
 from ..laws import LAWS, MapReport, cavity, check, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity

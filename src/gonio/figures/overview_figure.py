@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..base.shown_channels import is_coloured, shown_as
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..evaluate import batch
 from ..evaluate.tracing import at_most
 from ..pictures.colour import srgb_encode
-from ..scenes.rendering import is_coloured, render, shown_as
+from ..scenes.rendering import render
 from ..tables.gridded import Gridded
 from ._curves import draw_cartesian, draw_polar, of_one, points_in_words
 from ._drawing import GRAY, check_target, name_of, new_figure

@@ -6,8 +6,8 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ._curves import degrees_of, draw_polar, of_one, of_several
 from ._drawing import named, of_one_place, panels
 

@@ -7,8 +7,8 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ._curves import degrees_of, draw_cartesian, of_one, of_several, points_in_words
 from ._drawing import named, of_one_place, panels
 from .polar_figure import INCIDENCE

@@ -9,11 +9,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared, Seed, checked
 from ..errors import ParameterError
 from ..evaluate.squares import Squares
 from ..formula.text import listed
+from .asked import By, LossName, RobustName, Starts, ThetaMax
 from .losses import SCALES
 from .problem import Problem, make_problem
 from .result import Fit
@@ -37,16 +38,18 @@ ROUNDS = 3
 def fit(
     data: Any,
     model: Reflectance,
-    loss: str | None = None,
+    loss: LossName | None = None,
     *,
-    robust: str = "none",
-    by: Iterable[str] | None = None,
+    robust: RobustName = "none",
+    by: By | None = None,
     per_channel: bool | Iterable[str] | None = None,
     weights: Any = None,
-    theta_max: float = math.pi / 2.0,
-    starts: Annotated[int, Within(1, 10_000)] | None = None,
-    seed: Annotated[int, Within(0, 2**63)] = 0,
-    solver: str = "levenberg_marquardt",
+    theta_max: ThetaMax = 0.5 * math.pi,
+    starts: Starts | None = None,
+    seed: Seed = 0,
+    solver: Annotated[
+        str, Declared("ours, or scipy.optimize.least_squares from the best start", words=(*SOLVERS,))
+    ] = "levenberg_marquardt",
 ) -> Fit:
     """The numbers of a model that come nearest to data: with standard errors, correlations, and where it is wrong.
 
@@ -85,8 +88,6 @@ def fit(
     1.distribution.alpha_x 0.2
     1.fresnel.F0 0.05
     """
-    if solver not in SOLVERS:
-        raise ParameterError(f"solver={solver!r:.60}: expected one of {listed(SOLVERS)}")
     problem = make_problem(data, model, loss, robust, by, per_channel, weights, theta_max)
     warn_of_missing(problem.samples)
     return fitted(problem, starts, seed, solver)

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import DependencyError, NotFoundError, ParameterError, ShapeError, TraceError
 from ..evaluate import batch
 from ..evaluate.squares import Squares, squares

@@ -19,7 +19,7 @@ from queue import SimpleQueue
 from typing import IO, Any
 
 from ..errors import DependencyError, WorkerError
-from ..interpreters import interpreters, no_interpreter
+from ..machine.interpreters import interpreters, no_interpreter
 
 TRIES = 3
 """Processes that may die of a job before it counts as failed."""

@@ -12,11 +12,11 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..base.angles import angles
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared, checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
-from ..notebooks import repr_html
 from .covariance import correlations, spread_of
 from .losses import LOSSES, ROBUST
 from .notes import notes_of
@@ -194,7 +194,9 @@ class Fit:
         return correlations(self.covariance)
 
     @checked
-    def interval(self, p: Annotated[float, Within(0.0, 1.0)] = 0.95) -> dict[str, tuple[float, float]]:
+    def interval(
+        self, p: Annotated[float, Declared("probability of the intervals", 0.0, 1.0)] = 0.95
+    ) -> dict[str, tuple[float, float]]:
         """Intervals that hold the truth with probability p, by name: value -+ t s, t of Student's distribution with
         `freedom`; of a likelihood of the normal distribution.
 

@@ -14,10 +14,10 @@ import numpy as np
 
 from ..base.frames import from_half_difference
 from ..base.reflectance import Reflectance
+from ..declared.numbers import numbers
 from ..errors import MissingDataWarning, ParameterError, ShapeError, shown, warn
 from ..formats import load
 from ..formula.direction import HORIZON
-from ..numbers import numbers
 from ..numerics.lattice import lattice
 from ..tables.dataset import from_dataset
 from ..tables.gridded import Gridded

@@ -12,12 +12,12 @@ import numpy as np
 
 from ..base import kernels
 from ..base.reflectance import Reflectance
-from ..caches import Cache
 from ..errors import NotFoundError, ParameterError, shown
 from ..evaluate.squares import Squares
 from ..evaluate.tracing import content, linear
 from ..formula.fields import Channels, Param
 from ..formula.text import listed
+from ..machine.caches import Cache
 
 UNBOUNDED = 1e6
 """Bounds beyond this say nothing about the likely size of a number."""

@@ -24,12 +24,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .. import discover, files
-from ..arguments import checked
+from .. import files
 from ..base import provenance
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
-from ..contents import Contents, Folder
+from ..declared import discover
+from ..declared.arguments import checked
+from ..declared.contents import Contents, Folder
 from ..errors import FluorescenceWarning, FormatError, NotFoundError, ParameterError, TooLargeError, warn
 from ..formula.state import freeze
 from ..models.sheet import Sheet

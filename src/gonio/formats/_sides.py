@@ -11,12 +11,12 @@ import numpy as np
 
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..models._quarters import QUARTERS, quarters, sheet_of
 from ..models._reversed import Reversed
 from ..models.sheet import Sheet
 from ..numerics.lattice import lattice
-from ._options import Declared
 
 SIDES = ("front", "back", "both")
 Side = Annotated[
@@ -24,7 +24,7 @@ Side = Annotated[
     Declared(
         "side of the sample that is lit and seen; both: all that the file holds, transmission too, as a Sheet; if not "
         "given the front, and all of a file without reflection",
-        words=SIDES,
+        words=(*SIDES,),
     ),
 ]
 SideOfReflection = Annotated[

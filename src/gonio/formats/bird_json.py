@@ -16,10 +16,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
 from . import open_material
-from ._options import Declared
 from ._reading import channel_words, json_text, plain_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
 from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of

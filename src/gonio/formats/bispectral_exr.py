@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.exchange import Exchange
@@ -23,7 +24,6 @@ from ..models.donaldson import Donaldson
 from ..models.lambertian import Lambertian
 from ..pictures.files._source import library
 from ..pictures.image import read_image
-from ._options import Declared
 
 NAME = "bispectral EXR"
 SUFFIXES = (".exr",)

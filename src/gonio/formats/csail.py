@@ -19,11 +19,11 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..declared.arguments import ABOVE_ZERO, Declared
 from ..errors import FormatError, ParameterError
 from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..tables.angle_systems import angle_system
-from ._options import ABOVE_ZERO, Declared
 from ._reading import large_tables
 from ._reading.large_tables import Unscanned, expect_channels, numbers
 

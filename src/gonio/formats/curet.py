@@ -19,10 +19,10 @@ from typing import Annotated
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, NotFoundError, ParameterError
 from ..models.oren_nayar import OrenNayar
 from ..tables.scattered import Scattered
-from ._options import Declared
 from ._reading import plain_text
 from .zernike import Zernike
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Annotated, Any
 from xml.parsers.expat import ExpatError
 
+from ..declared.arguments import Declared
 from ..errors import Error, FormatError, ParameterError
 from ..models.sheet import Sheet
 from ..tables.gridded import Gridded
@@ -24,7 +25,6 @@ from ._laboratory.meanings import Said
 from ._laboratory.sheets import CellSheet
 from ._laboratory.understanding import Understood, understand
 from ._laboratory.workbook import Workbook
-from ._options import Declared
 from ._sides import Side
 
 NAME = "Excel"

@@ -26,6 +26,7 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
 from ._optical.angle_tables import (
@@ -40,7 +41,6 @@ from ._optical.angle_tables import (
     own_table,
     values_at,
 )
-from ._options import Declared
 from ._reading import plain_text
 
 NAME = "FRED"

@@ -23,6 +23,7 @@ import numpy as np
 
 from ..base.measured import tabular_shape
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..formula.direction import HORIZON
 from ..models._quarters import sheet_of
@@ -32,7 +33,6 @@ from ..tables.axes import fits
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named, own_nodes
 from ._optical.angle_tables import as_lit
-from ._options import Declared
 from ._reading import plain_text
 from ._rows import libbsdf_grids
 from ._sides import same_from_both

@@ -27,11 +27,11 @@ from typing import Annotated
 
 import numpy as np
 
+from ..declared.arguments import Declared
 from ..errors import FormatError
 from ..tables.gridded import Gridded
 from ._optical import rt300s
 from ._optical.rt300s import Scan
-from ._options import Declared
 from ._reading import plain_text
 
 NAME = "RT-300S"

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..evaluate import batch
 from ..formula.fields import kept
@@ -24,7 +25,6 @@ from ..polarization import to_frames
 from ..tables.angle_systems import angle_system
 from ..tables.nodes import above, f_at
 from ..tables.polarimetric import KEPT, Polarimetric
-from ._options import Declared
 from ._reading import tensor_file
 from ._reading.large_tables import Unscanned
 from ._reading.tensor_file import Kept, expect

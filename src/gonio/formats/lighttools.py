@@ -29,6 +29,7 @@ import numpy as np
 
 from ..base.measured import Total
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..formula.text import shown
 from ..models import sheet
@@ -49,7 +50,6 @@ from ._optical.angle_tables import (
     spectral,
     totals,
 )
-from ._options import Declared
 from ._reading import channel_words, plain_text
 from ._sides import Side, joined, wanted
 

@@ -27,11 +27,11 @@ import numpy as np
 
 from ..arrays import frozen, ops
 from ..base.measured import Measured
+from ..declared.arguments import Declared
 from ..errors import DependencyError, FormatError, MissingDataWarning, NotFoundError, ParameterError, warn
 from ..formula.state import Held, immutable, note
 from ..formula.text import listed, shown
 from ..models.ross_li import RossLi
-from ._options import Declared
 from ._reading import hdf
 
 if TYPE_CHECKING:

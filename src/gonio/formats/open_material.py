@@ -18,9 +18,9 @@ import numpy as np
 
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
-from ._options import Declared
 from ._reading import channel_words, json_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
 from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of

@@ -20,12 +20,12 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..models.sheet import Sheet
 from ..numerics.unique_rows import unique_rows
 from ..tables.gridded import Gridded
-from ._options import Declared
 from ._reading import plain_text
 from ._rows import direction_pairs
 from ._rows.direction_pairs import LEVEL, TURNS

@@ -19,14 +19,14 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.measured import Measured
-from ..cells import decimal_sign, delimiter_of, split
+from ..declared.arguments import ABOVE_ZERO, Declared
 from ..errors import FormatError, MeaningWarning, ParameterError, warn
+from ..files.cells import decimal_sign, delimiter_of, split
 from ..formula.state import note
 from ..models.lambertian import Lambertian
 from ..tables.angle_systems import ANGLES
 from ._laboratory.names import UNCERTAINTY, WAVELENGTH, WAVELENGTH_UNITS, meaning, nanometres, unit_of
 from ._laboratory.spectra import REFLECTANCE, WORDS, SpectrumColumns, column, names_in
-from ._options import ABOVE_ZERO, Declared
 from ._reading import plain_text
 
 if TYPE_CHECKING:

@@ -23,6 +23,7 @@ import numpy as np
 
 from ..base.measured import tristimulus
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..models.sheet import Sheet
@@ -33,7 +34,6 @@ from ..tables.nodes import f_at
 from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
 from ._optical.angle_tables import as_lit
-from ._options import Declared
 from ._reading import plain_text
 from ._rows import libbsdf_grids
 from ._rows.pairs_of_material import Resolution, table_of

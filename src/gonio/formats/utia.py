@@ -22,13 +22,13 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..declared.arguments import ABOVE_ZERO, Declared
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
 from ..pictures.image import Image, read_image
-from ._options import ABOVE_ZERO, Declared
 from ._reading.large_tables import LARGE, Unscanned, expect_channels, numbers
 
 NAME = "UTIA"
@@ -134,13 +134,15 @@ def _picture_grid(head: bytes) -> tuple[int, int] | None:
 
 def read(
     path: Path,
-    decoding: Annotated[str, Declared("what the numbers are: readers disagree", words=DECODINGS)] = "linear",
+    decoding: Annotated[str, Declared("what the numbers are: readers disagree", words=(*DECODINGS,))] = "linear",
     theta_step: Annotated[
         float | None, Declared("step of theta; if not given 15 for 6 angles, 2 for 44", ABOVE_ZERO, 18.0, "degrees")
     ] = None,
     rows: Annotated[
         str | None,
-        Declared("which way theta_i grows in a picture; if not given the way that is the more reciprocal", words=ROWS),
+        Declared(
+            "which way theta_i grows in a picture; if not given the way that is the more reciprocal", words=(*ROWS,)
+        ),
     ] = None,
 ) -> UTIA:
     """The material of a file. Raises FormatError where the length is that of no grid, or a picture has not three

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..base.reflectance import Reflectance
-from ..compile.threads import apart
 from ..errors import DependencyError, FormatError
 from ..files import replacing
+from ..machine.aside import apart
 from ..tables.dataset import of_file
 from . import mcd43, neural
 from ._reading import hdf

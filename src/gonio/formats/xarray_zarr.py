@@ -16,9 +16,9 @@ from typing import Any
 
 from .. import files
 from ..base.reflectance import Reflectance
-from ..compile.threads import apart
 from ..errors import DependencyError, FormatError
 from ..files import replacing, replacing_folder
+from ..machine.aside import apart
 from ..tables.dataset import of_file
 from ._reading.own_layout import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
 from ._reading.zarr_store import CHUNK, DESCRIBING, inspected

@@ -39,6 +39,7 @@ import numpy as np
 
 from ..base.measured import Total
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..models import sheet
 from ..models._quarters import sheet_of
@@ -59,7 +60,6 @@ from ._optical.angle_tables import (
     totals,
     without_ground,
 )
-from ._options import Declared
 from ._reading import plain_text
 from ._sides import same_from_both
 
@@ -218,7 +218,8 @@ def write(
     step: Step = None,
     channel: Channel = None,
     kind: Annotated[
-        str | None, Declared("which of reflection and transmission is written, of a material with both", words=KINDS)
+        str | None,
+        Declared("which of reflection and transmission is written, of a material with both", words=(*KINDS,)),
     ] = None,
 ) -> None:
     """Write f about the mirror direction; a material read from such a file is written with the same numbers. What

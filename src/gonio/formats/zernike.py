@@ -18,13 +18,13 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.measured import Measured
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..formula.direction import Direction
 from ..formula.fields import channels, table
 from ..formula.mueller import Mueller, fixed_turns
 from ..formula.sparse import times
 from ..formula.state import note, state
-from ._options import Declared
 from ._reading import plain_text
 from ._reading.channel_words import LONGEST, SHORTEST
 from ._rows.direction_pairs import repeated

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..arrays import Fixed, frozen, labels
 from ..arrays.labels import Labels
-from ..bounds import EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError, TooLargeError
 from ._tree import Tree
+from .bounds import EVALUATIONS, NESTED
 from .classes import Signature
 from .fields import Channels, Field, Param, Part, Table, Wavelengths, subclasses
 from .state import derived

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from inspect import Parameter
 from typing import Any, Protocol, TypeAlias
 
-from ..discover import docstring
+from ..declared.discover import docstring
 from ..errors import ParameterError
 from .fields import CLASSES, Channels, Field, Param, Table, Wavelengths
 from .state import derived, known

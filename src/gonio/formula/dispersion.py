@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
+from ..declared.numbers import NANOMETRES
 from ..errors import ParameterError
-from ..numbers import NANOMETRES
 from .bands import edges
 from .spectrum import Spectrum, as_wavelengths, require_within
 from .text import shown

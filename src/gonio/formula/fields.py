@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import frozen, ops
+from ..declared.numbers import NANOMETRES
 from ..errors import Error, ParameterError, TooLargeError
-from ..numbers import NANOMETRES
 from .spectrum import Spectrum, as_wavelengths
 from .text import few, shown
 from .texture import Texture

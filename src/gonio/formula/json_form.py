@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..bounds import CHANNELS, EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
 from .blackbody import Blackbody
+from .bounds import CHANNELS, EVALUATIONS, NESTED
 from .dispersion import Dispersion
 from .fields import CLASSES, Param
 from .parametrised import Parametrised

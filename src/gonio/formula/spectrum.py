@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from ..arrays import frozen, ops
+from ..declared.notebooks import repr_html
+from ..declared.numbers import NANOMETRES
 from ..errors import AccessError, ParameterError, TooLargeError
-from ..notebooks import repr_html
-from ..numbers import NANOMETRES
 from .text import literal, shown
 from .texture import Texture
 

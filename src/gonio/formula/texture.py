@@ -12,8 +12,8 @@ import numpy as np
 from ..arrays import Fixed, frozen, ops
 from ..arrays.kinds import VALUE
 from ..arrays.labels import is_lazy, is_named
+from ..declared.notebooks import repr_html
 from ..errors import AccessError, ArrayTypeError, MeaningWarning, ParameterError, ShapeError, TooLargeError, warn
-from ..notebooks import repr_html
 from .text import shown
 
 FILTERS = ("bilinear", "nearest")

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 import numpy as np
 
 from ..arrays import Fixed, ops
+from ..declared.notebooks import repr_html
 from ..errors import AccessError, ParameterError, suggestion
-from ..notebooks import repr_html
 from .classes import json_name
 from .fields import Channels, Field, Table, Wavelengths
 from .spectrum import Spectrum

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..base.angles import check_angle, numbers_of
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared, Seed, checked
 from ..errors import ParameterError, ToleranceWarning, shown, warn
 from ..evaluate import batch
 from ..formula.state import note
@@ -60,12 +60,17 @@ def gonioreflectometer(
     facet: float | Reflectance = 1.0,
     theta_i: Any = None,
     phi_i: Any = None,
-    cells: tuple[int, int] = (18, 36),
-    error: Annotated[float, Within(1e-5, 1.0)] = 0.01,
-    bounces: Annotated[int, Within(1, 1000)] = 16,
-    rays: Annotated[int, Within(1024, 1 << 24)] = 1 << 18,
-    most: Annotated[int, Within(FEWEST, 1_000_000)] = 256,
-    seed: Annotated[int, Within(0, (1 << 31) - 1)] = 0,
+    cells: Annotated[tuple[int, int], Declared("rings of polar angles, and sectors of azimuths, an even number", 1)] = (
+        18,
+        36,
+    ),
+    error: Annotated[
+        float, Declared("relative standard error of a cell, on average, to go on until", 1e-5, 1.0, "share")
+    ] = 0.01,
+    bounces: Annotated[int, Declared("how often light is followed", 1, 1000)] = 16,
+    rays: Annotated[int, Declared("rays on each surface, from each direction", 1024, 1 << 24)] = 1 << 18,
+    most: Annotated[int, Declared("independent surfaces at most", FEWEST, 1_000_000)] = 256,
+    seed: Seed = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Simulated:
     """Measure the reflectance of a surface that is known by its shape, as a gonioreflectometer would.

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..notebooks import repr_html
+from ..declared.notebooks import repr_html
 
 
 class Measurement(NamedTuple):

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from ..caches import kept
 from ..evaluate.computation import composite
 from ..formula.parametrised import Parametrised
+from ..machine.caches import kept
 from ..numerics.lattice import lattice
 from .bounce import ENTER, GO_ON, INSIDE, LOST, SAMPLE, UNDERWAY
 from .cells import Cells

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arguments import checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from .fate import leaving
 from .over_hemisphere import Integral
 from .scattered_once import tell_of_lost_light

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
 from ..base.reradiation import warn_of_reradiation
+from ..declared.arguments import checked
 from ..errors import ParameterError, ShapeError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels

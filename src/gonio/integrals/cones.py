@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
 from ..formula.direction import Direction, dot
 from ..formula.warp import cosine_hemisphere
-from ..notebooks import repr_html
 from ..radiometry.solid_angles import projected_solid_angle_cone
 from .domain import SAMPLED, Domain
 

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.reflectance import Reflectance
-from ..notebooks import repr_html
+from ..declared.arguments import checked
+from ..declared.notebooks import repr_html
 from .albedo import kept_albedo
 from .over_hemisphere import Integral
 from .photons import reradiated_energy

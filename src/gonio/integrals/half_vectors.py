@@ -23,8 +23,8 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..caches import kept
 from ..formula.direction import Direction, dot, normalize, reflect
+from ..machine.caches import kept
 from .by_polar_angle import is_even
 
 SIZES = ((20, 28), (40, 56), (80, 112))

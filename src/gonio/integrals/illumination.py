@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..arrays.kinds import with_channels
 from ..base.angles import check_unit
@@ -18,11 +17,12 @@ from ..base.frames import Frame, vectors
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance, Sum
-from ..compile import memory
+from ..declared.arguments import checked
 from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
 from ..evaluate import batch
 from ..formula.direction import Direction
 from ..lights.constant import ConstantLight
+from ..machine import memory
 from ..models.lambertian import Lambertian
 from ..numerics.lattice import lattice
 from ..numerics.quadrature import Integrals

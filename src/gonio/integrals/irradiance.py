@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from ..arguments import checked
 from ..arrays import ops
 from ..base.frames import vectors
 from ..base.light import Light
+from ..declared.arguments import checked
 from ..errors import DirectionError
 from ..models.lambertian import Lambertian
 from .illumination import as_lights, have_channels, reflected_radiance

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance, lobes_on
 from ..base.reradiation import warn_of_reradiation
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels

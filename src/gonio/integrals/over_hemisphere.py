@@ -12,7 +12,6 @@ from ..arrays.kinds import with_channels
 from ..base.angles import check_unit
 from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance, lobes_on
-from ..compile import memory
 from ..errors import (
     ArrayTypeError,
     DirectionWarning,
@@ -25,6 +24,7 @@ from ..errors import (
 from ..evaluate import batch
 from ..formula.direction import HORIZON
 from ..formula.warp import cosine_hemisphere
+from ..machine import memory
 from ..numerics.lattice import lattice
 from ..numerics.quadrature import Integrals
 from .cones import Hemisphere

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..base.under_light import _OverBands
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..evaluate.labelled import takes_labels
 from ..formula.direction import Direction

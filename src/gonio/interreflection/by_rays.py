@@ -10,11 +10,11 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..arrays.kinds import SCALAR, VECTOR
-from ..caches import kept
 from ..compile.threads import share
 from ..errors import DependencyError
 from ..evaluate.computation import Computation, composite
 from ..evaluate.planning import available
+from ..machine.caches import kept
 from ..numerics.embree import Triangles as Packets
 from ..numerics.lattice import lattice
 from .patches import Patches

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import COUNT, SCALAR, VECTOR
-from ..caches import kept
 from ..evaluate.computation import Computation, composite
 from ..formula.direction import Direction, cross, dot, select
+from ..machine.caches import kept
 from .by_rays import at, barycentric, blockers, lifted, moved, points, quarters, shifts, which_shift
 from .patches import Patches
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
+from ..declared.arguments import checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
 from ..files import replacing
-from ..notebooks import repr_html
 from ..numerics.unique_rows import unique_rows
 from ..pictures.colour import light_to_rgb, rgb_of, srgb_encode
 from ..pictures.image import Image

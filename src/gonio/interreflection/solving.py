@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..base.under_light import glow
+from ..declared.arguments import checked
 from ..errors import LeftOutWarning, ParameterError, ShapeError, ToleranceWarning, TooLargeError, shown, warn
 from ..formula.text import listed
 from ..integrals.nine import kept_reflectance

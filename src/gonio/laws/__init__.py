@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from .. import discover
-from ..arguments import checked
 from ..base.reflectance import Reflectance
+from ..declared import discover
+from ..declared.arguments import checked
 from ..errors import MissingDataWarning, NotFoundError
 from ..evaluate import batch
 from ..tables.gridded import Gridded

@@ -10,12 +10,12 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..declared.notebooks import repr_html
 from ..errors import NotFoundError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
 from ..formula.text import listed
 from ..integrals.albedo import kept_albedo
-from ..notebooks import repr_html
 from . import energy, reciprocity
 from ._probes import pairs
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 
-from .. import discover
 from ..base.reflectance import Reflectance
+from ..declared import discover
 from ._verdict import Report
 
 

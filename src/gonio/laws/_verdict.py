@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from ..notebooks import repr_html
+from ..declared.notebooks import repr_html
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..caches import kept
+from ..machine.caches import kept
 
 SAME = 1e-9  # of two indices, relative
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..caches import kept
 from ..compile.threads import share
+from ..machine.caches import kept
 from .adding import Matrices, even
 from .facets import fresnel, masking, shares, spread
 from .grid import Grid

@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
+from ..declared.arguments import checked
 from ..errors import ParameterError, shown
 from ..formula.fields import option, param
 from ..formula.parametrised import Parametrised

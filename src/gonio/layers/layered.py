@@ -11,12 +11,12 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..base.reflectance import Reflectance
-from ..caches import physical
 from ..errors import TooLargeError
 from ..formula.direction import Direction
 from ..formula.fresnel.dielectric import fresnel_dielectric
 from ..formula.mueller import Mueller
 from ..formula.state import inferred, state
+from ..machine.caches import physical
 from ..numerics.quadrature import Integrals
 from . import polarized
 from .base import STEP, reflected

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import ops
-from ..caches import kept
 from ..formula.direction import Direction
+from ..machine.caches import kept
 from .grid import CUTS, Grid, pieces, rule
 from .response import Block, Response
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 
 from ..base.light import Light
-from ..contents import Contents, Folder
+from ..declared.contents import Contents, Folder
 from ..formula.json_form import names
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from ..base.angles import direction
 from ..base.light import Light
-from ..discover import modules
+from ..declared.discover import modules
 from ..errors import ParameterError
 
 

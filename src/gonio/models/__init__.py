@@ -9,7 +9,7 @@ import sys
 
 from ..base.reflectance import Reflectance, Scaled, Sum
 from ..base.under_light import UnderLight
-from ..contents import Contents, Folder
+from ..declared.contents import Contents, Folder
 from ..formula.json_form import names
 
 

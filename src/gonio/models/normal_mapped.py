@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import MeaningWarning, ParameterError, ShapeError, warn
 from ..formula.direction import HORIZON, NORMAL, Direction, dot, frame, raised, select
 from ..formula.fields import option, param, part

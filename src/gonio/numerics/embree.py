@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ..caches import at_end
 from ..errors import DependencyError, ParameterError, ShapeError
+from ..machine.caches import at_end
 
 PIECES = 4
 """Numbers that an address is handed to kernels as, of 16 bits each: any dtype holds them."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..caches import kept
+from ..machine.caches import kept
 
 
 @kept

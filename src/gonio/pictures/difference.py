@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import checked
+from ..declared.arguments import checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError, ShapeError
-from ..notebooks import repr_html
 from .colour import LUMINANCE
 from .image import Image
 

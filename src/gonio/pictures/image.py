@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import errors
-from ..arguments import checked
-from ..compile.threads import apart
-from ..discover import modules
+from ..declared.arguments import checked
+from ..declared.discover import modules
+from ..declared.notebooks import repr_html, repr_png
+from ..declared.numbers import numbers
 from ..errors import FormatError, MeaningWarning, ParameterError, ShapeError, TooLargeError, warn
 from ..files import replacing, target
-from ..notebooks import repr_html, repr_png
-from ..numbers import numbers
+from ..machine.aside import apart
 from .colour import SRGB_XY, srgb_decode
 from .files import png_jpeg
 from .files._source import Limits, Picture, Source, Unsettled, opened

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Numbers, checked
 from ..arrays import ops
 from ..base.angles import check_unit, numbers_of
+from ..declared.arguments import Numbers, checked
 from ..errors import NotFoundError, ParameterError, ShapeError, shown
 from ..formula.direction import Direction
 from ..formula.mueller import Mueller, facet_turns, fixed_turns, horizontal, turn_to, turned_axes

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
+from ..declared.arguments import checked
 from .axes import plain_angle, rotator
 
 

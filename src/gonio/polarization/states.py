@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Numbers, checked
+from ..declared.arguments import Numbers, checked
 from ..errors import ShapeError
 from .axes import _matrices
 

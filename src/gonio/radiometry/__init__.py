@@ -9,6 +9,7 @@ values out of range raise. "Error rounding" is a relative error below 1e-15 in f
 from types import ModuleType as _ModuleType
 
 from . import form_factors as form_factors
+from . import roughness as roughness
 from .quantities import QUANTITIES as QUANTITIES
 from .quantities import Quantity as Quantity
 from .relations import basic_radiance as basic_radiance

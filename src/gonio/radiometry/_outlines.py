@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from ..declared.arrays import Array
 from ..errors import ParameterError
-from .checks import Array, _dot
+from .kinds import _dot
 
 GAUSS = 24
 """Nodes along an edge that is at least half its length away from the other polygon."""

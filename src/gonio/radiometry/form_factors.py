@@ -8,15 +8,17 @@ like C-41 are those of Howell's catalogue of configuration factors, whose formul
 
 import numpy as np
 
+from ..declared.arrays import Array
+from ..declared.arrays import formula as _formula
 from ..errors import ParameterError
 from ._outlines import exchanged
-from .checks import Array, _checked, _NotNegative, _Polar, _Polygon, _Positive, _Vector
+from .kinds import _NotNegative, _Polar, _Polygon, _Positive, _Vector
 from .solid_angles import projected_solid_angle_cone, projected_solid_angle_polygon
 
 # From a small element
 
 
-@_checked
+@_formula
 def point_to_polygon(vertices: _Polygon, normal: _Vector = (0.0, 0.0, 1.0)) -> Array:
     """Element at the origin to a plane polygon: F = 1/(2π) |Σ θ_i n·γ_i|, of what is above the element's horizon.
 
@@ -34,7 +36,7 @@ def point_to_polygon(vertices: _Polygon, normal: _Vector = (0.0, 0.0, 1.0)) -> A
     return projected_solid_angle_polygon(vertices, normal) / np.pi
 
 
-@_checked
+@_formula
 def point_to_parallel_rectangle(a: _NotNegative, b: _NotNegative, distance: _Positive) -> Array:
     """Element to a rectangle a × b in a parallel plane, one corner of which is on the element's normal (B-3).
 
@@ -52,7 +54,7 @@ def point_to_parallel_rectangle(a: _NotNegative, b: _NotNegative, distance: _Pos
     return (x / p * np.arctan(y / p) + y / q * np.arctan(x / q)) / (2.0 * np.pi)
 
 
-@_checked
+@_formula
 def point_to_perpendicular_rectangle(width: _NotNegative, height: _NotNegative, distance: _Positive) -> Array:
     """Element to a rectangle standing on the element's plane, one lower corner of which is nearest to it (B-4).
 
@@ -69,7 +71,7 @@ def point_to_perpendicular_rectangle(width: _NotNegative, height: _NotNegative, 
     return (np.arctan(width / distance) - distance / far * np.arctan(width / far)) / (2.0 * np.pi)
 
 
-@_checked
+@_formula
 def point_to_disk(radius: _NotNegative, distance: _Positive, offset: _NotNegative = 0.0) -> Array:
     """Element to a disk in a parallel plane, whose centre is `offset` away from the element's normal (B-13).
 
@@ -88,7 +90,7 @@ def point_to_disk(radius: _NotNegative, distance: _Positive, offset: _NotNegativ
     return np.where(over > 0.0, product / (root * (root + np.abs(over))), 0.5 - 0.5 * over / root)[()]
 
 
-@_checked
+@_formula
 def point_to_sphere(radius: _NotNegative, distance: _Positive, theta: _Polar = 0.0) -> Array:
     """Element to a sphere whose centre is at `distance` and θ from the normal: (r/d)² cosθ, above the horizon.
 
@@ -109,7 +111,7 @@ def point_to_sphere(radius: _NotNegative, distance: _Positive, theta: _Polar = 0
 # Rectangles and disks
 
 
-@_checked
+@_formula
 def parallel_rectangles(a: _Positive, b: _Positive, distance: _Positive) -> Array:
     """Between two equal rectangles a × b, straight opposite each other (C-11).
 
@@ -133,7 +135,7 @@ def parallel_rectangles(a: _Positive, b: _Positive, distance: _Positive) -> Arra
     return 2.0 / np.pi * (log + first + second) / x / y
 
 
-@_checked
+@_formula
 def perpendicular_rectangles(common: _Positive, depth_1: _Positive, depth_2: _Positive) -> Array:
     """From a rectangle to one perpendicular to it that shares an edge: floor to wall (C-14).
 
@@ -158,7 +160,7 @@ def perpendicular_rectangles(common: _Positive, depth_1: _Positive, depth_2: _Po
     return (angles + 0.25 * logs) / (np.pi * w)
 
 
-@_checked
+@_formula
 def coaxial_disks(radius_1: _Positive, radius_2: _Positive, distance: _Positive) -> Array:
     """From a disk to one in a parallel plane with the same axis (C-41).
 
@@ -179,7 +181,7 @@ def coaxial_disks(radius_1: _Positive, radius_2: _Positive, distance: _Positive)
 # Spheres
 
 
-@_checked
+@_formula
 def sphere_to_disk(radius: _NotNegative, distance: _Positive) -> Array:
     """From a sphere to a disk of this radius, whose axis goes through the centre at this distance.
 
@@ -196,7 +198,7 @@ def sphere_to_disk(radius: _NotNegative, distance: _Positive) -> Array:
     return 0.5 * np.square(radius / far) / (1.0 + distance / far)
 
 
-@_checked
+@_formula
 def sphere_to_rectangle(a: _NotNegative, b: _NotNegative, distance: _Positive) -> Array:
     """From a sphere to a rectangle a × b, one corner of which is nearest to the sphere's centre, at this distance.
 
@@ -212,7 +214,7 @@ def sphere_to_rectangle(a: _NotNegative, b: _NotNegative, distance: _Positive) -
     return np.arctan2(a * b, distance * np.hypot(np.hypot(a, b), distance)) / (4.0 * np.pi)
 
 
-@_checked
+@_formula
 def concentric_spheres(radius: _Positive, outer: _Positive) -> Array:
     """From the inside of a sphere to a smaller one within: F = (r/R)²; the rest, 1 − F, returns to the outer sphere.
 
@@ -230,7 +232,7 @@ def concentric_spheres(radius: _Positive, outer: _Positive) -> Array:
     return np.square(radius / outer)
 
 
-@_checked
+@_formula
 def spherical_cavity(half_angle: _Polar) -> Array:
     """From the inside of a spherical cap to itself: F = sin²(a/2), a from the centre to the rim; ½ for a hemisphere.
 
@@ -246,7 +248,7 @@ def spherical_cavity(half_angle: _Polar) -> Array:
     return np.square(np.sin(0.5 * half_angle))
 
 
-@_checked
+@_formula
 def conical_cavity(radius: _Positive, depth: _NotNegative) -> Array:
     """From the inside of a cone to itself: F = 1 − r/√(r²+h²), with the radius of its opening and its depth.
 
@@ -264,7 +266,7 @@ def conical_cavity(radius: _Positive, depth: _NotNegative) -> Array:
 # Cylinders
 
 
-@_checked
+@_formula
 def cylinder_to_base(radius: _Positive, height: _Positive) -> Array:
     """From the inside of a cylinder to one of its ends: F = ½ (√(1+H²) − H), H = h/(2r).
 
@@ -279,7 +281,7 @@ def cylinder_to_base(radius: _Positive, height: _Positive) -> Array:
     return 0.5 / (np.hypot(1.0, half) + half)
 
 
-@_checked
+@_formula
 def cylinder_to_itself(radius: _Positive, height: _NotNegative) -> Array:
     """From the inside of a cylinder, whose ends are open, to itself: F = 1 + H − √(1+H²), H = h/(2r).
 
@@ -294,7 +296,7 @@ def cylinder_to_itself(radius: _Positive, height: _NotNegative) -> Array:
     return 2.0 * half / (1.0 + half + np.hypot(1.0, half))
 
 
-@_checked
+@_formula
 def parallel_cylinders(radius: _Positive, gap: _NotNegative) -> Array:
     """Between two infinite cylinders of equal radius, side by side: F = (√(X²−1) + asin(1/X) − X)/π, X = 1 + s/(2r).
 
@@ -310,7 +312,7 @@ def parallel_cylinders(radius: _Positive, gap: _NotNegative) -> Array:
     return (np.arctan2(1.0, np.sqrt(rest * (rest + 2.0))) - 1.0 / (x + np.sqrt(rest * (rest + 2.0)))) / np.pi
 
 
-@_checked
+@_formula
 def plane_to_tubes(diameter: _Positive, spacing: _Positive) -> Array:
     """From an infinite plane to a row of parallel tubes in front of it: F = 1 − √(1−D²) + D acos D, D = d/spacing.
 
@@ -331,7 +333,7 @@ def plane_to_tubes(diameter: _Positive, spacing: _Positive) -> Array:
 # Infinite strips
 
 
-@_checked
+@_formula
 def parallel_strips(width_1: _Positive, width_2: _Positive, distance: _Positive) -> Array:
     """From an infinitely long strip to a parallel one straight opposite it (C-2).
 
@@ -348,7 +350,7 @@ def parallel_strips(width_1: _Positive, width_2: _Positive, distance: _Positive)
     return 2.0 * width_2 / (crossed + outer)
 
 
-@_checked
+@_formula
 def strips_at_angle(width_1: _Positive, width_2: _Positive, angle: _Polar) -> Array:
     """From an infinitely long strip to one that shares an edge with it, at this angle between them.
 
@@ -368,7 +370,7 @@ def strips_at_angle(width_1: _Positive, width_2: _Positive, angle: _Polar) -> Ar
 # Polygons
 
 
-@_checked
+@_formula
 def polygon_to_polygon(vertices_1: _Polygon, vertices_2: _Polygon) -> Array:
     """From a plane polygon to another, anywhere: F12 = 1/(2π A₁) ∮∮ ln r dr₁·dr₂ along the two outlines.
 

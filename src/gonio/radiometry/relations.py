@@ -4,28 +4,19 @@ from typing import Any
 
 import numpy as np
 
-from .. import arguments
+from ..declared import arguments
+from ..declared.arrays import Array
+from ..declared.arrays import formula as _formula
+from ..declared.arrays import one_dtype as _one_dtype
+from ..declared.arrays import points as _points
+from ..declared.arrays import real_numbers as _real_numbers
 from ..errors import ParameterError, ShapeError
-from .checks import (
-    _VECTOR,
-    Array,
-    _checked,
-    _Cosine,
-    _Divisor,
-    _EitherSide,
-    _NotNegative,
-    _numbers,
-    _one_dtype,
-    _points,
-    _Positive,
-    _Real,
-    _Reflectance,
-)
+from .kinds import _VECTOR, _Cosine, _Divisor, _EitherSide, _NotNegative, _Positive, _Real, _Reflectance
 
 # Flux, intensity, radiance, irradiance
 
 
-@_checked
+@_formula
 def solid_angle(area: _NotNegative, distance: _Positive, cos_theta: _Cosine = 1.0) -> Array:
     """Solid angle of a small area: dω = dA cosθ/r², θ between its normal and the line of sight.
 
@@ -40,7 +31,7 @@ def solid_angle(area: _NotNegative, distance: _Positive, cos_theta: _Cosine = 1.
     return area / distance * cos_theta / distance
 
 
-@_checked
+@_formula
 def radiance(flux: _Real, area: _Positive, dw: _Positive, cos_theta: _Divisor = 1.0) -> Array:
     """Radiance of a beam: L = d²Φ/(dA cosθ dω).
 
@@ -54,7 +45,7 @@ def radiance(flux: _Real, area: _Positive, dw: _Positive, cos_theta: _Divisor = 
     return flux / area / dw / cos_theta
 
 
-@_checked
+@_formula
 def basic_radiance(L: _Real, n: _Positive = 1.0) -> Array:
     """Basic radiance L/n²: constant along a ray without losses, through refraction too (L₁/n₁² = L₂/n₂²).
 
@@ -70,7 +61,7 @@ def basic_radiance(L: _Real, n: _Positive = 1.0) -> Array:
     return L / n / n
 
 
-@_checked
+@_formula
 def etendue(
     area_1: _NotNegative,
     area_2: _NotNegative,
@@ -91,7 +82,7 @@ def etendue(
     return (n * area_1 * cos_theta_1 / distance) * (n * area_2 * cos_theta_2 / distance)
 
 
-@_checked
+@_formula
 def flux(L: _Real, G: _NotNegative, n: _Positive = 1.0) -> Array:
     """Flux of radiance L, given where the index is n, in a beam of étendue G: Φ = G L/n².
 
@@ -106,7 +97,7 @@ def flux(L: _Real, G: _NotNegative, n: _Positive = 1.0) -> Array:
     return L / n / n * G
 
 
-@_checked
+@_formula
 def intensity(L: _Real, area: _NotNegative, cos_theta: _Cosine = 1.0) -> Array:
     """Intensity of a small flat emitter at θ from its normal: I = L dA cosθ.
 
@@ -120,7 +111,7 @@ def intensity(L: _Real, area: _NotNegative, cos_theta: _Cosine = 1.0) -> Array:
     return L * area * cos_theta
 
 
-@_checked
+@_formula
 def point_irradiance(I: _Real, distance: _Positive, cos_theta: _EitherSide = 1.0) -> Array:  # noqa: E741  (I is intensity)
     """Irradiance by a point source: E = I cos⁺θ/r², zero from behind; θ is at the receiver.
 
@@ -150,7 +141,7 @@ def irradiance(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
     >>> print(gn.radiometry.irradiance(np.ones(dw.shape), w, dw).round(3))  # of a sky of radiance 1: pi
     3.142
     """
-    read = {"L": _numbers("L", L), "w": _points("w", w, _VECTOR), "dw": _numbers("dw", dw)}
+    read = {"L": _real_numbers("L", L), "w": _points("w", w, _VECTOR), "dw": _real_numbers("dw", dw)}
     read["normal"] = _points("normal", normal, _VECTOR)
     value, directions, weight, n = _one_dtype(read, {"L": L, "w": w, "dw": dw, "normal": normal}).values()
     samples = directions.shape[:-1]
@@ -196,7 +187,7 @@ def radiosity(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
     return irradiance(L, w, dw, normal)
 
 
-@_checked
+@_formula
 def radiosity_balance(exitance: _Real, reflectance: _Reflectance, irradiance: _Real) -> Array:
     """Radiosity as emitted plus reflected flux: B = M + ρ E.
 
@@ -210,7 +201,7 @@ def radiosity_balance(exitance: _Real, reflectance: _Reflectance, irradiance: _R
     return exitance + reflectance * irradiance
 
 
-@_checked
+@_formula
 def uniform_irradiance(L: _Real) -> Array:
     """Irradiance by the same radiance from the whole hemisphere: E = π L.
 
@@ -224,7 +215,7 @@ def uniform_irradiance(L: _Real) -> Array:
     return np.pi * L
 
 
-@_checked
+@_formula
 def lambertian_exitance(L: _Real) -> Array:
     """Exitance (or radiosity) of a surface whose radiance is the same in every direction: M = π L.
 
@@ -241,7 +232,7 @@ def lambertian_exitance(L: _Real) -> Array:
 # Reflectance
 
 
-@_checked
+@_formula
 def brdf(dL: _Real, L_i: _Positive, cos_theta_i: _Divisor, dw_i: _Positive) -> Array:
     """BRDF as it is measured, reflected radiance over incident irradiance: f = dL/(L_i cosθ_i dω_i).
 
@@ -255,7 +246,7 @@ def brdf(dL: _Real, L_i: _Positive, cos_theta_i: _Divisor, dw_i: _Positive) -> A
     return dL / L_i / cos_theta_i / dw_i
 
 
-@_checked
+@_formula
 def lambertian_albedo(f: _Real) -> Array:
     """Directional-hemispherical reflectance of a constant BRDF: ρ = π f.
 
@@ -269,7 +260,7 @@ def lambertian_albedo(f: _Real) -> Array:
     return np.pi * f
 
 
-@_checked
+@_formula
 def convert_reflectance(
     value: _Real, source: str, target: str, cos_theta_i: _Cosine = None, cos_theta_o: _Cosine = None
 ) -> Array:

@@ -2,13 +2,15 @@
 
 import numpy as np
 
+from ..declared.arrays import Array
+from ..declared.arrays import formula as _formula
 from ..errors import ParameterError
-from .checks import Array, _Azimuth, _checked, _dot, _NotNegative, _Polar, _Polygon, _Positive, _Vector
+from .kinds import _Azimuth, _dot, _NotNegative, _Polar, _Polygon, _Positive, _Vector
 
 # Solid angles
 
 
-@_checked
+@_formula
 def solid_angle_cone(half_angle: _Polar) -> Array:
     """Solid angle of a circular cone: ω = 2π (1 − cos a) = 4π sin²(a/2).
 
@@ -22,7 +24,7 @@ def solid_angle_cone(half_angle: _Polar) -> Array:
     return 4.0 * np.pi * np.square(np.sin(0.5 * half_angle))
 
 
-@_checked
+@_formula
 def solid_angle_cap(theta_0: _Polar, theta_1: _Polar) -> Array:
     """Solid angle between two polar angles, all around: ω = 2π (cosθ₀ − cosθ₁); negative for θ₁ < θ₀.
 
@@ -36,7 +38,7 @@ def solid_angle_cap(theta_0: _Polar, theta_1: _Polar) -> Array:
     return solid_angle_latlong_pixel(theta_0, theta_1, 2.0 * np.pi)
 
 
-@_checked
+@_formula
 def solid_angle_latlong_pixel(theta_0: _Polar, theta_1: _Polar, width: _Azimuth) -> Array:
     """Solid angle of a latitude–longitude pixel: ω = Δφ (cosθ₀ − cosθ₁) = 2Δφ sin((θ₀+θ₁)/2) sin((θ₁−θ₀)/2).
 
@@ -74,7 +76,7 @@ def latlong_pixels(height: int, width: int) -> tuple[Array, Array]:
     return w, np.broadcast_to(4.0 * np.pi / width * np.sin(0.5 * step) * sine, (height, width)).copy()
 
 
-@_checked
+@_formula
 def solid_angle_sphere(radius: _NotNegative, distance: _Positive) -> Array:
     """Solid angle of a sphere from a distance to its centre: ω = 2π (1 − √(1 − r²/d²)), 4π from inside it.
 
@@ -104,7 +106,7 @@ def _triangle(volume: Array, a: Array, b: Array, c: Array) -> Array:
     return 2.0 * np.arctan2(volume, u * v * w + _dot(a, b) * w + _dot(b, c) * u + _dot(c, a) * v)
 
 
-@_checked
+@_formula
 def solid_angle_triangle(a: _Vector, b: _Vector, c: _Vector, signed: bool = False) -> Array:
     """Solid angle of a triangle: tan(ω/2) = a·(b×c)/(|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|).
 
@@ -129,7 +131,7 @@ def solid_angle_triangle(a: _Vector, b: _Vector, c: _Vector, signed: bool = Fals
     return angle if signed else np.abs(angle)
 
 
-@_checked
+@_formula
 def solid_angle_rectangle(corner: _Vector, edge_u: _Vector, edge_v: _Vector) -> Array:
     """Solid angle of a rectangle anywhere, from one corner and the two edges that leave it.
 
@@ -166,7 +168,7 @@ def solid_angle_rectangle(corner: _Vector, edge_u: _Vector, edge_v: _Vector) -> 
 # Projected solid angles: the irradiance by uniform light of radiance 1
 
 
-@_checked
+@_formula
 def projected_solid_angle_cone(half_angle: _Polar, theta: _Polar = 0.0) -> Array:
     """Projected solid angle of a cone about an axis at θ from the normal, above the horizon.
 
@@ -187,7 +189,7 @@ def projected_solid_angle_cone(half_angle: _Polar, theta: _Polar = 0.0) -> Array
     return np.arctan2(s, k) + np.arctan2(s, -k * c) * full - k * s
 
 
-@_checked
+@_formula
 def projected_solid_angle_latlong_pixel(theta_0: _Polar, theta_1: _Polar, width: _Azimuth) -> Array:
     """Projected solid angle of a pixel about the normal: Ω = ½ Δφ (sin²θ₁ − sin²θ₀), above the horizon.
 
@@ -241,7 +243,7 @@ def _contour(base: Array, ring: Array) -> Array:
     return np.sum(loop, axis=-2) + np.sum(excess * cross, axis=-2)
 
 
-@_checked
+@_formula
 def projected_solid_angle_polygon(vertices: _Polygon, normal: _Vector = (0.0, 0.0, 1.0)) -> Array:
     """Projected solid angle of a plane polygon above the horizon; times L, its irradiance if it is uniform.
 

@@ -1,13 +1,15 @@
 """Wavelength, frequency and photons: densities by each of them, and flux as photons per second."""
 
+from ..declared.arrays import Array
+from ..declared.arrays import formula as _formula
 from ..errors import ParameterError
-from .checks import Array, _checked, _Real, _Wavelength
+from .kinds import _Real, _Wavelength
 
 SPEED_OF_LIGHT = 299_792_458.0  # m s-1, exact in the SI
 PLANCK = 6.626_070_15e-34  # J s, exact in the SI
 
 
-@_checked
+@_formula
 def convert_spectral(value: _Real, wavelength: _Wavelength, source: str, target: str) -> Array:
     """Convert a density (of radiance, flux, ...) between per "wavelength", "frequency" and "wavenumber".
 
@@ -28,7 +30,7 @@ def convert_spectral(value: _Real, wavelength: _Wavelength, source: str, target:
     return value / nm_per[source] * nm_per[target]
 
 
-@_checked
+@_formula
 def photon_flux(flux: _Real, wavelength: _Wavelength) -> Array:
     """Photons per second in a monochromatic flux: Φ_p = Φ λ/(h c).
 
@@ -42,7 +44,7 @@ def photon_flux(flux: _Real, wavelength: _Wavelength) -> Array:
     return flux * wavelength / (1e9 * PLANCK * SPEED_OF_LIGHT)
 
 
-@_checked
+@_formula
 def radiant_flux(photon_flux: _Real, wavelength: _Wavelength) -> Array:
     """Flux of so many photons per second of one wavelength: Φ = Φ_p h c/λ.
 

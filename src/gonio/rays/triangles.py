@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from ..compile.threads import share
+from ..declared.numbers import numbers
 from ..errors import ArrayTypeError, ParameterError, ShapeError
-from ..numbers import numbers
 
 CHUNK = 1 << 16
 """Rays that a thread takes at a time, and faces that are checked at a time."""

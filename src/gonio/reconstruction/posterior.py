@@ -10,11 +10,11 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from scipy.special import gammaincc, ndtri
 
-from ..arguments import Within, checked
+from ..declared.arguments import Declared, Seed, checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
 from ..fitting.samples import Samples, names_of
 from ..integrals.albedo import albedo
-from ..notebooks import repr_html
 from ..tables.gridded import Gridded
 from .reflectance_basis import ReflectanceBasis, Rows
 
@@ -136,7 +136,9 @@ class Reconstruction:
         return float(np.sqrt(squares)) if squares.ndim == 0 else np.sqrt(squares)
 
     @checked
-    def interval(self, probability: Annotated[float, Within(1e-6, 1.0 - 1e-9)] = 0.95) -> tuple[Gridded, Gridded]:
+    def interval(
+        self, probability: Annotated[float, Declared("probability of the interval", 1e-6, 1.0 - 1e-9)] = 0.95
+    ) -> tuple[Gridded, Gridded]:
         """Two tables, between which f lies with this probability, node by node.
 
         Example
@@ -154,9 +156,7 @@ class Reconstruction:
         return low, high
 
     @checked
-    def draws(
-        self, count: Annotated[int, Within(1, 10_000)], seed: Annotated[int, Within(0, 2**63)] = 0
-    ) -> Iterator[Gridded]:
+    def draws(self, count: Annotated[int, Declared("how many tables", 1, 10_000)], seed: Seed = 0) -> Iterator[Gridded]:
         """Tables as they may be, drawn from the posterior: for the uncertainty of anything that follows from f.
 
         What the basis does not hold is drawn as one deviation for a whole table.

@@ -13,9 +13,9 @@ import numpy as np
 from ..arrays import ops
 from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
 from ..formula.direction import Direction, half_difference
-from ..notebooks import repr_html
 from ..numerics.filling import filled_in_layers
 from ..tables.angle_systems import SYSTEMS
 from ..tables.axes import counts, laid_out

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
+from ..declared.notebooks import repr_html
 from ..distributions.beckmann import Beckmann
 from ..distributions.ggx import GGX
 from ..distributions.tabulated_anisotropic_facets import TabulatedAnisotropicFacets
@@ -25,7 +26,6 @@ from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
 from ..formula.fresnel.schlick import Schlick
 from ..models.lambertian import Lambertian
 from ..models.microfacet import Microfacet
-from ..notebooks import repr_html
 from ..numerics.filling import filled_in_layers
 from ..numerics.projected_areas import area_harmonics, polar_nodes, projected_areas, rows_between
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..arguments import checked
 from ..arrays import ops
 from ..base.angles import direction, numbers_of
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import MissingDataWarning, warn
 from ..evaluate.labelled import takes_labels
 from .kernels import check_angles

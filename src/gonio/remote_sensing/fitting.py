@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import labels, ops
 from ..arrays.labels import Labels, is_named
+from ..declared.arguments import checked
 from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, ShapeError, warn
 from ..models.ross_li import GEOMETRIC, VOLUMETRIC, RossLi
 from . import kernels

@@ -8,16 +8,17 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..arrays import ops
 from ..arrays.kinds import SCALAR
 from ..base.angles import check_angle, numbers_of
+from ..declared.arguments import Declared, checked
 from ..errors import DirectionError
 from ..evaluate.labelled import takes_labels
 from ..formula.direction import Direction
 from ..models import ross_li, roujean
 
-Crowns = Annotated[float, Within(0.1, 10.0)]
+Height = Annotated[float, Declared("height of the crowns' centres over their vertical half axis", 0.1, 10.0)]
+Breadth = Annotated[float, Declared("vertical over horizontal half axis of the crowns", 0.1, 10.0)]
 kernel = takes_labels(angles=("theta_s", "theta_v", "phi"), kinds=(SCALAR,))
 
 
@@ -109,7 +110,7 @@ def ross_thick_hotspot(theta_s: Any, theta_v: Any, phi: Any) -> Any:
 
 @kernel
 @checked
-def li_sparse_r(theta_s: Any, theta_v: Any, phi: Any, h_b: Crowns = 2.0, b_r: Crowns = 1.0) -> Any:
+def li_sparse_r(theta_s: Any, theta_v: Any, phi: Any, h_b: Height = 2.0, b_r: Breadth = 1.0) -> Any:
     """Li-Sparse in its reciprocal form, crowns and their shadows: MODIS' geometric kernel.
 
     K = O - sec_s - sec_v + (1 + cos(xi)) sec_s sec_v/2, of the angles theta' with tan(theta') = b/r tan(theta).
@@ -130,7 +131,7 @@ def li_sparse_r(theta_s: Any, theta_v: Any, phi: Any, h_b: Crowns = 2.0, b_r: Cr
 
 @kernel
 @checked
-def li_dense_r(theta_s: Any, theta_v: Any, phi: Any, h_b: Crowns = 2.0, b_r: Crowns = 2.5) -> Any:
+def li_dense_r(theta_s: Any, theta_v: Any, phi: Any, h_b: Height = 2.0, b_r: Breadth = 2.5) -> Any:
     """Li-Dense in its reciprocal form, crowns that hide the ground.
 
     K = (1 + cos(xi)) sec_s sec_v/(sec_s + sec_v - O) - 2, of the angles theta' with tan(theta') = b/r tan(theta).

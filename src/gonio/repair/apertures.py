@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..base.angles import angles
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import ParameterError, ShapeError
 from ..evaluate import batch
 from ..formula.direction import HORIZON

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
 from ..base.measured import Measured
+from ..declared.arguments import checked
 from ..distributions.ggx import GGX
 from ..errors import ParameterError
 from ..formula.fresnel.schlick import Schlick

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.measured import Measured
+from ..declared.arguments import checked
 from ..errors import ToleranceWarning, warn
 from ..numerics.filling import filled_in_layers
 from ._cells import Cells, expect_one_of, relative

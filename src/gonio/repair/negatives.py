@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.measured import Measured
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
 from ._cells import Cells

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
+from ..base.angles import lattice_pairs
 from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
-from ..conversion.comparison import lattice_pairs
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..tables.angle_systems import AZIMUTHS, angle_system
 from ..tables.axes import laid_out, nodes_of

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
 from ..base.measured import Measured
 from ..base.provenance import derived
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
 from ..tables.nodes import above

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
 from ._cells import Cells, evaluated, expect_one_of, variances

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.measured import Measured
+from ..declared.arguments import checked
 from ..tables.gridded import Gridded
 from ..tables.nodes import f_at
 from ._cells import Cells, changes_of_all, expect_one_of, floor, like, reported, spread, variances

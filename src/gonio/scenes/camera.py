@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import ops
+from ..declared.numbers import numbers
 from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..formula.direction import Direction, cross, normalize
 from ..formula.fields import param
 from ..formula.parametrised import Parametrised
 from ..formula.world import vector
-from ..numbers import numbers
 
 
 class View(Parametrised):

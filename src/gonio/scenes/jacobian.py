@@ -7,18 +7,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..base.textured import textures
+from ..declared.arguments import Seed, checked
 from ..errors import ParameterError
 from ..formula.text import listed
 from ..pictures.image import Image
+from .asked import Samples, Size
 from .camera import View
 from .left_out import tell
 from .passes import Found, Sums, passes, warn_of_holes
 from .pixels import Pixels
-from .rendering import check, colours_of, lights_of, refuse_fluorescence
+from .rendering import colours_of, lights_of, refuse_fluorescence
 from .stage import Stage
 from .traced import Traced
 
@@ -29,9 +30,9 @@ def picture_jacobian(
     lights: Light | Iterable[Light] | None = None,
     by: str | Sequence[str] = ("alpha",),
     shape: Any = "sphere",
-    size: int = 512,
-    samples: int = 32,
-    seed: int = 0,
+    size: Size = 512,
+    samples: Samples = 32,
+    seed: Seed = 0,
     progress: Callable[[int, int], None] | None = None,
     bands: Any = None,
     camera: View | None = None,
@@ -112,7 +113,6 @@ def derived(
     who: str,
 ) -> Slopes:
     """The picture to be computed, with its derivatives. Raises what `picture_jacobian` does, in the name of `who`."""
-    check(size, samples, seed)
     stage = Stage.of(shape, camera)
     if len(stage.materials) > 1 or stage.materials[0] is not None:
         rule = "expected meshes without any, which all have that of the picture"

@@ -9,11 +9,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Numbers, Within, checked
 from ..base.reflectance import Reflectance
+from ..declared.arguments import Declared, Numbers, checked
+from ..declared.notebooks import repr_html
+from ..declared.numbers import numbers
 from ..errors import AccessError, ParameterError, ShapeError
-from ..notebooks import repr_html
-from ..numbers import numbers
 from ..rays.triangles import Triangles
 from . import mesh_file
 
@@ -51,7 +51,9 @@ class Mesh:
         shape: Any,
         material: Reflectance | None = None,
         exitance: Numbers = 0.0,
-        crease: Annotated[float, Within(0.0, math.pi)] = CREASE,
+        crease: Annotated[
+            float, Declared("normals are joined across edges of smaller angles", 0.0, math.pi, "rad")
+        ] = CREASE,
         uv: Any = None,
     ):
         if isinstance(shape, (str, os.PathLike)):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
-from ..caches import kept
+from ..machine.caches import kept
 
 DIMENSIONS = 6
 GENERATOR = 60123

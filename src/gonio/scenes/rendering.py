@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
-from ..base.channel_names import places
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..base.shown_channels import is_coloured, shown_as
 from ..base.under_light import glow
+from ..declared.arguments import Seed, checked
 from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..evaluate import batch
 from ..evaluate.computation import composite
@@ -24,10 +24,11 @@ from ..integrals.glows import channels_of, glows, widths
 from ..integrals.illumination import as_lights, at_wavelengths, check_channels, has_spectra
 from ..lights.environment import EnvironmentLight
 from ..lights.sphere import SphereLight
-from ..pictures.colour import LUMINANCE, daylight, light_to_rgb, rgb_of, transformed
+from ..pictures.colour import LUMINANCE, daylight, light_to_rgb, transformed
 from ..pictures.image import Image
 from . import by_arrays
 from ._bodies import Solid
+from .asked import Backdrop, PixelNoise, Samples, Size
 from .camera import View
 from .estimator import FRONTS
 from .left_out import tell
@@ -56,16 +57,16 @@ def render(
     m: Reflectance | Scene,
     lights: Light | Iterable[Light] | None = None,
     shape: Any = "sphere",
-    size: int = 512,
-    samples: int | None = None,
-    seed: int = 0,
+    size: Size = 512,
+    samples: Samples | None = None,
+    seed: Seed = 0,
     progress: Callable[[int, int], None] | None = None,
     bands: Any = None,
-    noise: float | None = None,
+    noise: PixelNoise | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     camera: View | None = None,
     ground: Reflectance | None = None,
-    backdrop: bool = False,
+    backdrop: Backdrop = False,
 ) -> Image:
     """A square picture of a lit shape, in linear RGB (or gray), with coverage as straight alpha: `pixels` are means
     over the covered part of a pixel (`premultiplied` is False), and before black the picture is `light`, their product
@@ -113,9 +114,6 @@ def render(
     (16, 16, 3) (16, 16)
     """
     wanted = most_samples(samples, noise)
-    check(size, wanted, seed)
-    if noise is not None and not (isinstance(noise, (int, float)) and 0.0 < noise < math.inf):
-        raise ParameterError(f"noise={noise!r}: expected a positive number, a share of the mean radiance, or None")
     stage, materials = _staged(m, shape, camera, ground, backdrop)
     tell("render", stage, materials, m if isinstance(m, Scene) else shape)
     if all(x.sides == "front" for x in materials):
@@ -254,31 +252,6 @@ def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, bands: Any
     return [light.in_numpy() for light in at_wavelengths(given, m)], any(map(has_spectra, given))
 
 
-def check(size: int, samples: int, seed: int) -> None:
-    """Raises ParameterError for arguments that no picture has."""
-    for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
-        if not (isinstance(value, (int, np.integer)) and 1 <= value <= high):
-            raise ParameterError(f"{name}={value!r}: expected a whole number from 1 to {high}")
-    if not (isinstance(seed, (int, np.integer)) and seed >= 0):
-        raise ParameterError(f"seed={seed!r}: expected a whole number from 0")
-
-
-def is_rgb(m: Reflectance) -> bool:
-    """Whether the channels of a material are linear RGB."""
-    return m.channels == 3 and m.channel_names in (None, ("R", "G", "B"))
-
-
-def shown_as(m: Reflectance, bands: Sequence[str | float] | None = None) -> np.ndarray | None:
-    """The matrix (C, 3), or (C, 1), by which pictures show channels: bands, wavelengths, X, Y, Z. None: as they are."""
-    chosen = _chosen(m, bands)
-    return rgb_of(m.channel_names) if chosen is None else chosen
-
-
-def is_coloured(m: Reflectance, bands: Sequence[str | float] | None = None) -> bool:
-    """Whether a material is gray or RGB, or pictures show it so."""
-    return (m.channels or 1) == 1 or is_rgb(m) or shown_as(m, bands) is not None
-
-
 def default_light(m: Reflectance, bands: Sequence[str | float] | None = None) -> EnvironmentLight:
     """The light of pictures for which nobody asked for another: the studio, in gray where channels are no colours."""
     return _studio(bands is not None or not is_coloured(m))
@@ -288,18 +261,6 @@ def default_light(m: Reflectance, bands: Sequence[str | float] | None = None) ->
 def _studio(gray: bool) -> EnvironmentLight:
     studio = EnvironmentLight.studio()
     return EnvironmentLight(transformed(studio.image.pixels, LUMINANCE[:, None])) if gray else studio
-
-
-def _chosen(m: Reflectance, bands: Any) -> np.ndarray | None:
-    """The matrix (C, 3), or (C, 1), that picks the bands of a picture out of the channels; None for all as they are."""
-    if bands is None:
-        words = [str(name).lower() for name in m.channel_names or ()]
-        if not {"red", "green", "blue"} <= {*words}:
-            return None
-        return np.eye(len(words))[:, [words.index(word) for word in ("red", "green", "blue")]]
-    if not isinstance(bands, (list, tuple)) or len(bands) not in (1, 3):
-        raise ParameterError(f"bands={bands!r:.60}: expected three channels, for red, green and blue, or a list of one")
-    return np.eye(m.channels or 1)[:, places(m, bands)]
 
 
 def colours_of(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..arguments import checked
+from ..declared.arguments import checked
+from ..declared.notebooks import repr_html
 from ..errors import AccessError, ParameterError
-from ..notebooks import repr_html
 from .mesh import Mesh
 
 

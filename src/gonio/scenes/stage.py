@@ -12,10 +12,10 @@ import numpy as np
 from ..base.identity import identity
 from ..base.light import Light
 from ..base.reflectance import Reflectance
-from ..caches import at_end
 from ..errors import ParameterError
 from ..formula.text import shown
 from ..formula.world import moved
+from ..machine.caches import at_end
 from ..surfaces.height_field import HeightField
 from ._bodies import Body, Facets, Ground, Solid
 from .camera import FRONT, MARGIN, View, facing

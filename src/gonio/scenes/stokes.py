@@ -8,27 +8,28 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import ops
 from ..arrays.kinds import with_channels
 from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..base.results import Sample
+from ..declared.arguments import Seed, checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError
 from ..formula.direction import Direction, cross
 from ..formula.mueller import turn_to
 from ..integrals.illumination import check_channels
-from ..notebooks import repr_html
 from ..pictures.colour import LUMINANCE, transformed
 from ..pictures.image import Image
 from ..polarization import analyser, dop
 from ..polarization.axes import as_array
 from ..polarization.filters import polariser as filter_at
+from .asked import Samples, Size
 from .by_arrays import Points, picture
 from .left_out import tell
 from .pixels import Pixels
-from .rendering import check, colours_of, lights_of, refuse_fluorescence, refuse_shadows
+from .rendering import colours_of, lights_of, refuse_fluorescence, refuse_shadows
 from .stage import Stage
 
 UP = Direction(0.0, 0.0, 1.0)
@@ -96,9 +97,9 @@ def render_stokes(
     m: Reflectance,
     lights: Light | Iterable[Light] | None = None,
     shape: str = "sphere",
-    size: int = 512,
-    samples: int = 32,
-    seed: int = 0,
+    size: Size = 512,
+    samples: Samples = 32,
+    seed: Seed = 0,
     polariser: float | None = None,
     progress: Callable[[int, int], None] | None = None,
     bands: Any = None,
@@ -121,7 +122,6 @@ def render_stokes(
         raise ParameterError(
             f"render_stokes(polariser={polariser!r}): expected an angle [rad], or None for no polariser"
         )
-    check(size, samples, seed)
     stage = Stage.of(shape)
     refuse_shadows(stage, "render_stokes")
     refuse_fluorescence(m, "render_stokes")

@@ -10,9 +10,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..base.shown_channels import is_coloured
+from ..declared.arguments import Declared, Seed, checked
 from ..errors import ParameterError, said_once
 from ..files import target
 from ..integrals.illumination import as_lights
@@ -20,8 +21,9 @@ from ..lights.environment import EnvironmentLight
 from ..lights.turned import turned
 from ..pictures.animation import SUFFIXES, save_animation
 from ..pictures.image import Image
+from .asked import Backdrop, PixelNoise, Samples, Size
 from .camera import FRONT, View, facing
-from .rendering import default_light, is_coloured, render
+from .rendering import default_light, render
 from .scene import Scene
 from .stage import Stage
 
@@ -31,20 +33,20 @@ def turntable(
     m: Reflectance | Scene,
     path: str | os.PathLike[str] | None = None,
     lights: Light | Iterable[Light] | None = None,
-    frames: Annotated[int, Within(2, 1000)] = 24,
+    frames: Annotated[int, Declared("pictures of a turn", 2, 1000)] = 24,
     shape: Any = "sphere",
-    size: int = 256,
-    samples: int | None = None,
-    seed: int = 0,
-    seconds: Annotated[float, Within(0.02, 3600.0)] = 4.0,
-    exposure: float = 0.0,
+    size: Size = 256,
+    samples: Samples | None = None,
+    seed: Seed = 0,
+    seconds: Annotated[float, Declared("duration of a turn", 0.02, 3600.0, "s")] = 4.0,
+    exposure: Annotated[float, Declared("stops by which pictures are brightened", -200.0, 200.0)] = 0.0,
     progress: Callable[[int, int], None] | None = None,
     bands: Any = None,
-    noise: float | None = None,
-    turns: str = "lights",
+    noise: PixelNoise | None = None,
+    turns: Annotated[str, Declared("what turns", words=("lights", "shape"))] = "lights",
     camera: View | None = None,
     ground: Reflectance | None = None,
-    backdrop: bool = False,
+    backdrop: Backdrop = False,
 ) -> list[Image]:
     """Pictures of a lit shape while all lights go round it, once, about the vertical axis through 0, 0, 0, or, with
     `turns="shape"`, while it turns itself under lights, and before a camera, that stay.
@@ -62,15 +64,11 @@ def turntable(
     >>> print(len(pictures), pictures[1])
     3 Image(16 x 16, 3 channels, alpha)
     """
-    if turns not in ("lights", "shape"):
-        raise ParameterError(f"turns={turns!r:.60}: expected 'lights' or 'shape'")
     if path is not None:
         if Path(path).suffix.lower() not in SUFFIXES:
             raise ParameterError(f"{path}: expected a name that ends in {' or '.join(SUFFIXES)}")
         if isinstance(m, Reflectance) and not is_coloured(m, bands):
             raise ParameterError(f"{path}: frames of {m.channels} channels, expected 1 or 3; choose three, bands=")
-        if not abs(exposure) <= 200.0:
-            raise ParameterError(f"exposure={exposure}: expected within 200 stops")
         target(path)
     if lights is None:
         of = m if isinstance(m, Reflectance) else next((x.material for x in m.parts if x.material is not None), None)

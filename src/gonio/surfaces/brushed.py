@@ -8,19 +8,24 @@ from typing import Annotated
 
 import numpy as np
 
-from ..arguments import Within, checked
+from ..declared.arguments import Declared, Seed, checked
 from .height_field import HeightField
 
 
 @checked
 def brushed(
-    slope: Annotated[float, Within(1e-4, 5.0)] = 0.3,
-    density: Annotated[float, Within(0.01, 20.0)] = 2.0,
+    slope: Annotated[
+        float, Declared("of the deepest scratches' sides; others have slopes evenly spread below it", 1e-4, 5.0)
+    ] = 0.3,
+    density: Annotated[
+        float,
+        Declared("how many scratches lie over a place on average: at 2, one eighth of the plane is left", 0.01, 20.0),
+    ] = 2.0,
     *,
-    width: Annotated[float, Within(1.0, 100.0)] = 5.0,
-    length: Annotated[float, Within(4.0, 4096.0)] = 200.0,
-    size: Annotated[int, Within(16, 4096)] = 512,
-    seed: Annotated[int, Within(0, (1 << 31) - 1)] = 0,
+    width: Annotated[float, Declared("half the width of a scratch, in cells", 1.0, 100.0)] = 5.0,
+    length: Annotated[float, Declared("of a scratch, in cells; at most `size`", 4.0, 4096.0)] = 200.0,
+    size: Annotated[int, Declared("cells along x and y: the surface is periodic", 16, 4096)] = 512,
+    seed: Seed = 0,
 ) -> HeightField:
     """Brushed metal: V-shaped scratches along x in a plane, which become shallow towards their ends.
 

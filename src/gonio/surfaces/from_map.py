@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
+from ..declared.arguments import Declared, checked
+from ..declared.numbers import numbers
 from ..errors import Error, FormatError, NotFoundError, ParameterError, TooLargeError
-from ..numbers import numbers
 from ..numerics.filling import filled_in_layers
 from ..pictures.image import read_gray
 from .height_field import MOST, UNITS, HeightField
@@ -34,7 +34,9 @@ def from_map(
     pixel: float | tuple[float, float] | None = None,
     unit: str = "um",
     *,
-    scale: Annotated[float, Within(1e-12, 1e12)] = 1.0,
+    scale: Annotated[
+        float, Declared("a number of the source, in `height_unit`: micrometres per gray level, say", 1e-12, 1e12)
+    ] = 1.0,
     height_unit: str = "",
     edges: str = "mirror",
     decimal: str | None = None,

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
-from ..caches import kept
+from ..declared.arguments import Declared, Seed, checked
 from ..errors import ParameterError
+from ..machine.caches import kept
 from .height_field import HeightField
 
 SHAPES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
@@ -24,13 +24,15 @@ SHAPES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 
 @checked
 def gaussian(
-    alpha_x: Annotated[float, Within(1e-4, 10.0)],
-    alpha_y: Annotated[float, Within(1e-4, 10.0)] | None = None,
+    alpha_x: Annotated[
+        float, Declared("sqrt(2) times the rms slope along x, exactly that of the triangles", 1e-4, 10.0)
+    ],
+    alpha_y: Annotated[float, Declared("the same along y; by default that along x", 1e-4, 10.0)] | None = None,
     autocorrelation: str | Callable[..., Any] = "gaussian",
     *,
-    correlation: Annotated[float, Within(1.0, 1000.0)] = 10.0,
-    size: Annotated[int, Within(16, 4096)] = 512,
-    seed: Annotated[int, Within(0, (1 << 31) - 1)] = 0,
+    correlation: Annotated[float, Declared("correlation length, in cells", 1.0, 1000.0)] = 10.0,
+    size: Annotated[int, Declared("cells along x and y: the surface is periodic", 16, 4096)] = 512,
+    seed: Seed = 0,
 ) -> HeightField:
     """A surface whose heights are a Gaussian process: slopes of its triangles have Beckmann's distribution.
 

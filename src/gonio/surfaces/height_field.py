@@ -8,10 +8,10 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 
-from ..arguments import Within, checked
 from ..arrays import frozen
+from ..declared.arguments import Declared, checked
+from ..declared.numbers import numbers
 from ..errors import ParameterError, TooLargeError
-from ..numbers import numbers
 
 STEEPEST = 50.0
 """Root mean square of the slopes of a surface up to which it is taken to be one: 89 degrees."""
@@ -52,7 +52,10 @@ class HeightField:
         cell: tuple[float, float] = (1.0, 1.0),
         *,
         unit: str = "",
-        turn: Annotated[float, Within(0.0, 2.0 * math.pi)] = 2.0 * math.pi,
+        turn: Annotated[
+            float,
+            Declared("after which the surface is the same, statistically: 0 any, isotropic", 0.0, 2.0 * math.pi, "rad"),
+        ] = 2.0 * math.pi,
         again: Callable[..., HeightField] | None = None,
         seed: int = 0,
         is_part: bool = False,

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
-from ..arguments import Within, checked
+from ..declared.arguments import Declared, Seed, checked
 from ..errors import ParameterError
 from .height_field import HeightField
 
@@ -18,12 +18,14 @@ TRIALS = 2000
 
 @checked
 def spheres(
-    coverage: Annotated[float, Within(0.001, 0.5)] = 0.3,
-    sunk: Annotated[float, Within(0.0, 1.9)] = 0.0,
+    coverage: Annotated[float, Declared("share of the plane that spheres cover, seen from above", 0.001, 0.5)] = 0.3,
+    sunk: Annotated[
+        float, Declared("how deep they are in the plane, in radii: 0 spheres that touch it, 1 hemispheres", 0.0, 1.9)
+    ] = 0.0,
     *,
-    radius: Annotated[float, Within(2.0, 200.0)] = 16.0,
-    size: Annotated[int, Within(16, 4096)] = 512,
-    seed: Annotated[int, Within(0, (1 << 31) - 1)] = 0,
+    radius: Annotated[float, Declared("of a sphere, in cells", 2.0, 200.0)] = 16.0,
+    size: Annotated[int, Declared("cells along x and y: the surface is periodic", 16, 4096)] = 512,
+    seed: Seed = 0,
 ) -> HeightField:
     """Equal spheres on a plane, at random places, none in another.
 

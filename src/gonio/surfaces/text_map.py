@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cells import LONGEST, MISSING, decimal_sign, delimiter_of, split
 from ..errors import FormatError
+from ..files.cells import LONGEST, MISSING, decimal_sign, delimiter_of, split
 
 LARGEST = 1 << 30
 """Bytes of a height map, at most."""

@@ -7,17 +7,24 @@ from typing import Annotated
 
 import numpy as np
 
-from ..arguments import Within, checked
+from ..declared.arguments import Declared, checked
 from .height_field import HeightField
 
 
 @checked
 def threads(
-    thickness: Annotated[float, Within(0.01, 2.0)] = 0.4,
-    width: Annotated[float, Within(0.1, 1.0)] = 0.95,
-    crimp: Annotated[float, Within(0.0, 2.0)] = 0.3,
+    thickness: Annotated[
+        float, Declared("of a thread, in distances between threads; half of it is above its middle line", 0.01, 2.0)
+    ] = 0.4,
+    width: Annotated[
+        float,
+        Declared(
+            "of a thread, in distances between threads: what is left are gaps, open down to the lowest thread", 0.1, 1.0
+        ),
+    ] = 0.95,
+    crimp: Annotated[float, Declared("how far a thread's middle line goes up and down", 0.0, 2.0)] = 0.3,
     *,
-    size: Annotated[int, Within(16, 2048)] = 128,
+    size: Annotated[int, Declared("cells along the two threads after which the weave repeats", 16, 2048)] = 128,
 ) -> HeightField:
     """Plain weave: threads along x and along y, each over one and under one of the others.
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ..arguments import Within, checked
+from ..declared.arguments import Declared, checked
 from .height_field import HeightField
 
 
 @checked
-def v_grooves(slope: Annotated[float, Within(1e-6, 30.0)]) -> HeightField:
+def v_grooves(slope: Annotated[float, Declared("of both facets, up and down", 1e-6, 30.0)]) -> HeightField:
     """Symmetric V-grooves along y, side by side: facets of two slopes, +slope and -slope along x.
 
     Source: Torrance & Sparrow 1967, JOSA 57(9), "Theory for off-specular reflection from roughened surfaces".

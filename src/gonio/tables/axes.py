@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import ops
-from ..compile.memory import physical
 from ..errors import ParameterError, TooLargeError
 from ..formula.table_warp import Slices, bracket
+from ..machine.memory import physical
 from .angle_systems import ANGLES, AZIMUTHS, AngleSystem, Nodes, angle_system
 
 INSIDE = 1e-6

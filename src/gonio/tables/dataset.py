@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arguments import checked
 from ..base.measured import Measured, tabular_shape, tristimulus
 from ..base.provenance import ORIGIN, derived, origin
 from ..base.reflectance import Reflectance
 from ..base.reradiation import warn_of_reradiation
+from ..declared.arguments import checked
 from ..errors import FormatError, ParameterError, shown
 from ..formula.fields import Ours
 from . import dataset_layout

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import frozen
 from ..base.provenance import derived
 from ..base.quantities import from_brdf, quantity_named, suspect_units, to_brdf
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..formula.direction import HORIZON
 from ..formula.fields import Ours, kept, option, table

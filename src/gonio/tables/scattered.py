@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from ..arguments import checked
 from ..arrays import frozen
 from ..base.angles import direction
 from ..base.measured import Measured
 from ..base.provenance import derived as derived_from
 from ..base.quantities import quantity_named, suspect_units, to_brdf
+from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..formula.fields import Ours
 from ..formula.spectrum import between

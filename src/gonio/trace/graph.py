@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from ..bounds import TRACED
 from ..errors import TraceError
 
 REAL, INDEX, MASK = "real", "index", "mask"
@@ -24,6 +23,9 @@ SEVERAL = "several"
 LEAVES = ("constant", "load", "state")
 OWN = {**dict.fromkeys(LEAVES, 2), "take": 1, "loop": 1, "result": 1, "rays": 2}
 """The number of arguments, the first ones, that are no nodes."""
+
+TRACED = 200_000
+"""Operations up to which a formula is traced: recorded to be differentiated, shown or compiled."""
 
 NODE = 320
 """Bytes of memory that a node takes, about."""

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
-from ..caches import made
+from ..machine.caches import made
 from .costs import COSTS, OTHER
 from .graph import INDEX, MASK, REAL, Graph
 from .passes import wanted

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ..arguments import checked
+from ..declared.arguments import Declared, Seed, checked
 from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
 from .functionals import LINEAR, linear, named
 from .quoted import Quoted as Quoted
@@ -25,10 +25,15 @@ def with_uncertainty(
     function: Callable,
     *args: Any,
     correlation: str | float | Mapping[str, float] | None = None,
-    method: str = "first order",
-    scale: float | None = None,
-    draws: int = 1000,
-    seed: int = 0,
+    method: Annotated[
+        str, Declared("exact where the result is linear in the table; Monte Carlo for any function", words=(*METHODS,))
+    ] = "first order",
+    scale: Annotated[
+        float, Declared("relative standard uncertainty of all values together, in addition", 0.0, unit="share")
+    ]
+    | None = None,
+    draws: Annotated[int, Declared("tables that Monte Carlo draws", 2, 10_000_000)] = 1000,
+    seed: Seed = 0,
     progress: Callable[[int, int], None] | None = None,
     **named_args: Any,
 ) -> Quoted:
@@ -70,8 +75,6 @@ def with_uncertainty(
     >>> gn.with_uncertainty(gn.albedo, m, gn.direction(0.5, 0.0), scale=0.01)
     0.9425 ± 0.0094 (noise 0.0094, interpolation 0)
     """
-    if method not in METHODS:
-        raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
     bound: Any = function
     if inspect.ismethod(bound):
         function, args = bound.__func__, (bound.__self__, *args)
@@ -118,8 +121,6 @@ def _drawn(
     seed: int,
     progress: Callable[[int, int], None] | None,
 ) -> Quoted:
-    if not isinstance(draws, (int, np.integer)) or draws < 2:
-        raise ParameterError(f"draws={draws!r:.40}: expected a whole number of at least 2")
     if np.isnan(errors.u[~np.isnan(errors.m.brdf().reshape(errors.u.shape))]).any():
         raise ParameterError(
             "Monte Carlo: the uncertainty of some values is unknown (NaN); fill those in, as m.with_brdf(m.brdf(), u)"

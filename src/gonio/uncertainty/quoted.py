@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from ..arguments import Within, checked
+from ..declared.arguments import Declared, checked
+from ..declared.notebooks import repr_html
 from ..errors import ParameterError
-from ..notebooks import repr_html
 from .latent import Latent
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ class Quoted:
         return k * self.u
 
     @checked
-    def text(self, k: Annotated[float, Within(0.0, 1e6)] = 1.0) -> Any:
+    def text(self, k: Annotated[float, Declared("coverage factor of the uncertainty", 0.0, 1e6)] = 1.0) -> Any:
         """ "0.1234 ± 0.0056 (k = 1: noise 0.0012, interpolation 0.0055)": the value with the expanded uncertainty k u,
         two digits of it, and its components; an array of these for an array.
 

@@ -10,8 +10,8 @@ import numpy as np
 from scipy import sparse
 
 from ..base.reflectance import Reflectance
-from ..caches import at_end
 from ..errors import ParameterError
+from ..machine.caches import at_end
 from ..tables import half_planes
 from ..tables.gridded import Gridded
 from ..tables.scattered import Scattered

@@ -12,12 +12,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ...arguments import checked
 from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...base.textured import require_numbers
+from ...declared.arguments import checked
 from ...errors import DependencyError, ParameterError
 from ...lights.environment import EnvironmentLight
+from ...scenes.asked import Samples, Size
 from ...scenes.camera import View
 from ...scenes.scene import Scene
 
@@ -58,8 +59,8 @@ def scene(
     m: Reflectance | Scene,
     lights: Light | Iterable[Light] | None = None,
     shape: Any = "sphere",
-    size: int = 512,
-    samples: int = 32,
+    size: Size = 512,
+    samples: Samples = 32,
     camera: View | None = None,
     ground: Reflectance | None = None,
 ) -> dict[str, Any]:
@@ -85,10 +86,9 @@ def scene(
     """
     mi = _mitsuba()
     from ...integrals.illumination import as_lights
-    from ...scenes.rendering import check, default_light
+    from ...scenes.rendering import default_light
     from .scenes import Writer, dictionary
 
-    check(size, samples, 0)
     if isinstance(m, Scene):
         if shape != "sphere":
             raise ParameterError(f"mitsuba.scene: a scene, and shape={shape!r:.60}; expected the scene alone")

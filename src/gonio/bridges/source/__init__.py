@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ... import discover
-from ...arguments import checked
 from ...base.reflectance import Reflectance
 from ...base.textured import require_numbers
 from ...compile.source.language import Language
 from ...compile.source.names import identifier, is_prefix
+from ...declared import discover
+from ...declared.arguments import checked
 from ...errors import NotFoundError, ParameterError, shown, suggestion
 from .functions import FUNCTIONS
 from .result import Argument as Argument

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...declared.notebooks import repr_html
 from ...files import replacing
-from ...notebooks import repr_html
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ... import discover
 from ...arrays import Fixed
 from ...arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
 from ...base.reflectance import Reflectance, Scaled, Sum
@@ -17,12 +16,13 @@ from ...compile.source.language import Language, Signature, Vector
 from ...compile.source.lines import ascii_of, with_comment, wrapped
 from ...compile.source.names import short_names
 from ...compile.source.writer import Text
+from ...declared import discover
+from ...declared.version import __version__
 from ...errors import ParameterError
 from ...evaluate import tracing
 from ...formula.parametrised import Parametrised
 from ...trace import passes
 from ...trace.graph import MASK, REAL
-from ...version import __version__
 from .functions import FUNCTIONS, Function
 from .result import Argument, Source, SourceTable
 

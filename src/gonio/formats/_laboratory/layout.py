@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...cells import DELIMITERS, is_numeric
 from ...errors import FormatError
+from ...files.cells import DELIMITERS, is_numeric
 from ...tables.angle_systems import ANGLES
 from .._reading import plain_text
 from .names import IGNORE, WAVELENGTH, Meaning, meaning, unit_of

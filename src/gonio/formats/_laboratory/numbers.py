@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base.quantities import mark_of_missing
-from ...cells import MISSING, decimal_sign, is_numeric
 from ...errors import FormatError
+from ...files.cells import MISSING, decimal_sign, is_numeric
 from .._reading import plain_text
 from .layout import Layout, is_data, trimmed
 from .names import unit_of

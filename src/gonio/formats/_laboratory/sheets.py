@@ -8,8 +8,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from ...cells import DELIMITERS
 from ...errors import FormatError
+from ...files.cells import DELIMITERS
 from .._reading import plain_text
 
 CHUNK = 2**20

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...cells import DELIMITERS, split
 from ...errors import FormatError, ParameterError
+from ...files.cells import DELIMITERS, split
 from .names import BRACKET, IGNORE, LONGEST, UNCERTAIN, UNCERTAINTY, WAVELENGTH, meaning, unit_in, unit_of
 
 REFLECTANCE, OTHER = "reflectance", "other"

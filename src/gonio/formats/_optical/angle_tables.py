@@ -12,6 +12,7 @@ import numpy as np
 from ...arrays.kinds import with_channels
 from ...base.measured import Total, tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
+from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
 from ...formula.state import note
 from ...models._quarters import MirroredX, quarters
@@ -21,7 +22,6 @@ from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import above, f_at, own_nodes
 from ...tables.scattered import Scattered
-from .._options import Declared
 from .._reading import plain_text
 
 SAME = 1e-8  # angles closer than this [degrees] are the same

@@ -9,9 +9,9 @@ from typing import Annotated
 import numpy as np
 
 from ...base.reflectance import Reflectance
+from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
 from ...numerics.unique_rows import unique_rows
-from .._options import Declared
 from . import plain_text
 
 SHORTEST, LONGEST = 1e-3, 1e9

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import FormatError
-from ...interpreters import interpreters, no_interpreter
+from ...machine.interpreters import interpreters, no_interpreter
 from . import hdf_probe
 
 

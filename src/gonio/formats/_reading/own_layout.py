@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from ...base.reflectance import Reflectance
+from ...declared.arguments import Declared
 from ...errors import FormatError
 from ...tables.angle_systems import SYSTEMS
 from ...tables.dataset import dataset_of
 from ...tables.dataset_layout import ANGLES, ROW
-from .._options import Declared
 
 if TYPE_CHECKING:
     import xarray
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Content = TypeVar("Content")
 
 Parameterisation = Annotated[
-    str, Declared("angles of the grid that a material without a grid is put on", words=SYSTEMS)
+    str, Declared("angles of the grid that a material without a grid is put on", words=(*SYSTEMS,))
 ]
 Resolution = Annotated[
     Sequence[int] | None,

@@ -14,6 +14,8 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
+from ...declared.typed import is_number as is_number
+from ...declared.typed import is_whole as is_whole
 from ...errors import FormatError
 from ...files import replacing
 
@@ -42,8 +44,6 @@ MARKS = {
 """Byte order marks -> encoding."""
 
 _SEPARATORS = str.maketrans(",;", "  ")
-_WHOLE = re.compile(r"\d{1,15}", re.ASCII)
-_NUMBER = re.compile(r"[-+]?(?:(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan)", re.ASCII | re.IGNORECASE)
 
 
 def read(path: str | os.PathLike, comment: str | tuple[str, ...] = (), mixed: re.Pattern[bytes] | None = None) -> Lines:
@@ -270,16 +270,6 @@ class Lines:
     def _row_by_row(self, out: array, columns: int, at: int) -> None:
         while self._at < at and (line := self.next()) is not None:
             out.extend(self.row(line, columns))
-
-
-def is_number(token: str) -> bool:
-    """Whether a word is a number; nan and inf are; "1_0" and digits of other scripts, which float() takes, are not."""
-    return _NUMBER.fullmatch(token) is not None
-
-
-def is_whole(token: str) -> bool:
-    """Whether a word is a whole number, of at most 15 of the digits 0 to 9."""
-    return _WHOLE.fullmatch(token) is not None
 
 
 def split(line: str) -> list[str]:

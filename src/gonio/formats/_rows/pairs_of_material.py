@@ -12,6 +12,7 @@ from ...base.angles import angles
 from ...base.measured import Measured, tabular_shape, tristimulus
 from ...base.quantities import from_brdf, to_brdf
 from ...base.reflectance import Reflectance
+from ...declared.arguments import Declared
 from ...errors import ParameterError
 from ...formula.direction import HORIZON
 from ...models._quarters import quarters
@@ -20,7 +21,6 @@ from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import channels_named, needed, own_nodes
 from ...tables.scattered import Scattered
-from .._options import Declared
 from .direction_pairs import LEVEL, Pairs, material, seen_from
 
 

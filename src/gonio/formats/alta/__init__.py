@@ -19,11 +19,11 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...base.reflectance import Reflectance
+from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
 from ...files import replacing
 from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded
-from .._options import Declared
 from .._reading import plain_text
 from .._rows import direction_pairs
 from .._rows.pairs_of_material import Resolution, pairs_of
@@ -64,8 +64,8 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(
     path: Path,
-    param_in: Annotated[str | None, Declared("parametrisation, in place of the file's", words=PARAMETERS)] = None,
-    param_out: Annotated[str | None, Declared("quantity, in place of the file's word", words=QUANTITIES)] = None,
+    param_in: Annotated[str | None, Declared("parametrisation, in place of the file's", words=(*PARAMETERS,))] = None,
+    param_out: Annotated[str | None, Declared("quantity, in place of the file's word", words=(*QUANTITIES,))] = None,
 ) -> Gridded:
     """The measurement in a file: a grid if its rows fill one, else `Scattered`.
 
@@ -206,7 +206,7 @@ def write(
     path: Path,
     param_in: Annotated[
         str | None,
-        Declared("usually ISOTROPIC_TV_TL_DPHI, with several azimuths of wi SPHERICAL_TL_PL_TV_PV", words=WRITTEN),
+        Declared("usually ISOTROPIC_TV_TL_DPHI, with several azimuths of wi SPHERICAL_TL_PL_TV_PV", words=(*WRITTEN,)),
     ] = None,
     binary: Annotated[bool, Declared("a stream of float64 in place of text")] = False,
     resolution: Resolution = None,

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from ...cells import DELIMITERS
+from ...declared.arguments import ABOVE_ZERO, Declared
 from ...errors import Error, FormatError
+from ...files.cells import DELIMITERS
 from ...models.sheet import Sheet
 from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded
@@ -21,7 +22,6 @@ from .._laboratory.names import QUANTITIES, WAVELENGTH_UNITS
 from .._laboratory.names import meaning as meaning_of
 from .._laboratory.sheets import NAMED, TextSheet
 from .._laboratory.understanding import Understood, understand
-from .._options import ABOVE_ZERO, Declared
 from .._reading import plain_text
 from .._sides import Side
 from .reading import of_table as of_table

@@ -23,6 +23,7 @@ from ...arrays import Fixed, Roomy, ops
 from ...arrays.kinds import with_channels
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
+from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
 from ...formula.direction import Direction, half_and_cosine, half_difference, on_circle, reflect, select
 from ...formula.fields import Ours, channels, kept, option, table
@@ -32,7 +33,6 @@ from ...pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded
 from ...tables.nodes import f_at
-from .._options import Declared
 from .._reading import large_tables
 from .cells import ALBEDO, ROW, SCALE, SHAPES, N, bordered, centres, is_valid, rings
 

@@ -12,12 +12,12 @@ import numpy as np
 from ...arrays import Fixed, ops
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
+from ...declared.arguments import Declared
 from ...formula import warp
 from ...formula.direction import Direction, polar_angle, reflect, select
 from ...formula.fields import Ours, channels, kept, table
 from ...formula.state import Held, note, state
 from ...formula.table_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables_when_needed
-from .._options import Declared
 from .._reading import tensor_file
 from . import writer
 from .fields import check, dataset

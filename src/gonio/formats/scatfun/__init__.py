@@ -13,6 +13,7 @@ import numpy as np
 from ...arrays import ops
 from ...base.angles import direction
 from ...base.reflectance import Reflectance
+from ...declared.arguments import ABOVE_ZERO, Declared
 from ...errors import NotFoundError, ParameterError
 from ...files import replacing
 from ...formula.direction import Direction
@@ -23,7 +24,6 @@ from ...models._quarters import quarters
 from ...models.sheet import Sheet
 from ...tables.axes import fits
 from ...tables.drawing import Sampled
-from .._options import ABOVE_ZERO, Declared
 from .._reading.large_tables import expect_channels
 from .._sides import Side, joined, wanted
 from .contents import GZIP, MAGIC, inflated, parse, serialise

@@ -38,6 +38,7 @@ import numpy as np
 from ...base.angles import direction
 from ...base.measured import Total
 from ...base.reflectance import Reflectance
+from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
 from ...models import sheet
 from .._optical.angle_tables import (
@@ -56,7 +57,6 @@ from .._optical.angle_tables import (
     reflected,
     values_at,
 )
-from .._options import Declared
 from .._reading import plain_text
 from .._reading.channel_words import LONGEST, SHORTEST, Wavelengths
 from .._sides import SideOfReflection, joined, same_from_both, wanted

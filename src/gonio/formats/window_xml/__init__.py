@@ -17,6 +17,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from ...base.reflectance import Reflectance
+from ...declared.arguments import BELOW_ONE, Declared
 from ...errors import FormatError, ParameterError
 from ...files import replacing
 from ...formula.fields import Ours
@@ -25,7 +26,6 @@ from ...models._reversed import Reversed
 from ...models.sheet import Sheet
 from ...pictures.colour import RELATIVE_XYZ
 from .. import _sides
-from .._options import BELOW_ONE, Declared
 from .._reading.plain_text import is_number
 from . import new, tree_nodes
 from ._cell_tables import DIRECTIONS, MIRRORED, VIEWED
@@ -250,7 +250,7 @@ def write(
     tolerance: Annotated[
         float, Declared("cells of a tree whose values differ by at most this share become one", 0.0, BELOW_ONE)
     ] = 0.0,
-    side: Annotated[str, Declared("side in WINDOW's words, which Radiance exchanges", words=MIRRORED)] = "front",
+    side: Annotated[str, Declared("side in WINDOW's words, which Radiance exchanges", words=(*MIRRORED,))] = "front",
     name: Annotated[str, Declared("name of the material in the file")] = "",
 ) -> None:
     """Write a reflectance as a matrix, or as a tree; one read from such a file, unchanged if neither is named. What has

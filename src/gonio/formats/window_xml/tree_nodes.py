@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...caches import kept
 from ...errors import FormatError
+from ...machine.caches import kept
 from .numbers import Numbers
 
 DEEPEST = 16  # levels of a tree: 1/65536 of each side, as finely as Radiance samples them

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...arrays import ops
-from ...contents import Contents
+from ...declared.contents import Contents
 from ..classes import Array
 from ..fresnel_term import Fresnel
 from ..json_form import names

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ... import discover
+from ...declared import discover
 
 MASKINGS: dict[str, Callable[..., Any]] = discover.functions(__name__)
 """Name -> function."""

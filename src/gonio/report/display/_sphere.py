@@ -18,13 +18,13 @@ from ...arrays.kinds import with_channels
 from ...base.angles import direction
 from ...base.frames import to_local, to_world
 from ...base.reflectance import Reflectance
+from ...base.shown_channels import is_rgb, shown_as
 from ...evaluate import batch
 from ...evaluate.tracing import at_most
 from ...lights.environment import EnvironmentLight
 from ...numerics.lattice import lattice
 from ...pictures.files import png_jpeg
 from ...pictures.image import Image
-from ...scenes.rendering import is_rgb, shown_as
 
 SIZE = 120
 """Pixels across."""

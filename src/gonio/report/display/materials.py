@@ -12,7 +12,7 @@ import numpy as np
 from ...base.light import Light
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
-from ...contents import summary
+from ...declared.contents import summary
 from ...evaluate import batch
 from ...facts import words
 from ...facts.material import facts, settable

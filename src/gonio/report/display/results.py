@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from ...bridges.source import Source
-from ...contents import Contents, summary
+from ...declared.contents import Contents, summary
 from ...facts.compiled import Kernel
 from ...fitting.result import Fit
 from ...fitting.selection import Selection
 from ...formula.spectrum import Spectrum
 from ...integrals.fate import Fate
 from ...laws import MapReport, Report
-from ...planning.goniometer import Goniometer
-from ...planning.plan import HEADER, Plan
+from ...reconstruction.planning.goniometer import Goniometer
+from ...reconstruction.planning.plan import HEADER, Plan
 from ...uncertainty.quoted import Quoted
 from . import _sphere
 from ._html import Cut, Raw, block, code, image, items, paragraph, sparkline, table, text

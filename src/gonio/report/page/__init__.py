@@ -10,16 +10,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...arguments import checked
 from ...base.light import Light
 from ...base.reflectance import Reflectance
+from ...declared.arguments import checked
+from ...declared.version import __version__
 from ...errors import ParameterError
 from ...evaluate.tracing import at_most
 from ...facts import finite
 from ...facts.subject import Subject
 from ...figures._drawing import named, of_one_place
 from ...files import replacing, target
-from ...version import __version__
 from . import browser, lobes, pictures
 from .contents import contents_of, summarised
 from .guarded import Guarded

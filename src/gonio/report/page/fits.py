@@ -10,12 +10,12 @@ from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...catalogue import builtin
 from ...catalogue.expressions import expression
-from ...catalogue.nearest import nearest
 from ...errors import Error, visible
 from ...evaluate.tracing import content
 from ...figures._slices import lit_range
 from ...fitting.fitting import fit
 from ...fitting.result import Fit
+from ...reconstruction.nearest import nearest
 from . import curves
 
 MODELS = (

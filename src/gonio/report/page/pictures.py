@@ -13,6 +13,7 @@ import numpy as np
 from ...base.angles import direction
 from ...base.light import Light
 from ...base.reflectance import Reflectance
+from ...base.shown_channels import is_coloured
 from ...errors import Error, visible
 from ...formula.texture import Texture
 from ...lights.cie_sky import CIESky
@@ -25,7 +26,7 @@ from ...models.lambertian import Lambertian
 from ...pictures.image import Image
 from ...scenes.camera import OrthographicCamera
 from ...scenes.mesh import Mesh
-from ...scenes.rendering import default_light, is_coloured, render
+from ...scenes.rendering import default_light, render
 from . import lobes
 from .encoded import photograph
 

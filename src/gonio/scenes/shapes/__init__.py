@@ -7,7 +7,7 @@ file is its least z. It is found by being here.
 
 from __future__ import annotations
 
-from ... import discover
+from ...declared import discover
 from ..hit import Shape
 
 SHAPES: dict[str, Shape] = discover.functions(__name__)

@@ -1,0 +1,16 @@
+"""What all pictures may be asked, declared once."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from ..declared.arguments import ABOVE_ZERO, Declared
+
+Size = Annotated[int, Declared("width and height of the picture, in pixels", 1, 16384)]
+Samples = Annotated[
+    int, Declared("points averaged in each pixel, 32 without it; the most where there is noise, else 65536", 1, 1 << 20)
+]
+PixelNoise = Annotated[
+    float, Declared("go on until the standard error is this share of the mean radiance", ABOVE_ZERO, unit="share")
+]
+Backdrop = Annotated[bool, Declared("lights with extent are seen behind everything, such as the sky")]
