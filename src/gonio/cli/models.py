@@ -75,7 +75,7 @@ LABELS = ("looks", "shapes", "units", "error", "source")
 
 def model_as_text(facts: dict[str, Any]) -> str:
     """Everything about one."""
-    from ..conversion.conversion import labelled
+    from ..formula.text import labelled
 
     paragraphs = [" ".join(text.split()) for text in facts["formula"].split("\n\n")]
     rows = [("name", facts["name"]), ("kind", facts["kind"])]

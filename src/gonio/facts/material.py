@@ -15,10 +15,10 @@ import numpy as np
 from ..arrays.kinds import with_channels
 from ..base.angles import direction, lattice_pairs
 from ..base.measured import Measured
+from ..base.provenance import size_of
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_rgb, shown_as
 from ..catalogue import builtin
-from ..conversion.conversion import size_of
 from ..errors import MissingDataWarning, ToleranceWarning
 from ..evaluate import batch
 from ..formula.fields import Option, Param, Table

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..conversion.conversion import labelled, percent
+from ..formula.text import labelled, percent
 from ..tables.angle_systems import SYSTEMS
 from ..tables.half_planes import in_words
 
