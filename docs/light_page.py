@@ -9,11 +9,11 @@ from model_pages import markdown
 import gonio as gn
 from gonio.base.light import Light
 from gonio.declared.discover import docstring
+from gonio.facts.models import PARTS, arguments, sections, summary
 from gonio.formula.fields import Channels
 from gonio.formula.text import literal
 from gonio.formula.world import Vector
 from gonio.lights._words import words
-from gonio.report.model_facts import PARTS, arguments, sections, summary
 from gonio.scenes.shapes import SHAPES
 
 

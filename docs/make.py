@@ -23,10 +23,10 @@ import stubs
 import gonio as gn
 from gonio.base.light import Light
 from gonio.declared import discover
+from gonio.facts.format_table import as_page, format_table
 from gonio.formats import formats
 from gonio.formula.maskings import MASKINGS
 from gonio.laws import LAWS, MODULES
-from gonio.report.format_table import as_page, format_table
 
 DOCS = Path(__file__).resolve().parent
 BY_HAND = ("choose.md",)

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import gonio as gn
+from gonio.facts.models import PARTS, drawn, kinds, sections, summary
 from gonio.figures import portrait
 from gonio.formula.exchange import Exchange
 from gonio.formula.fields import Option, Param, Part
 from gonio.formula.parametrised import Parametrised
 from gonio.formula.text import literal
 from gonio.laws import LAWS, check
-from gonio.report.model_facts import PARTS, drawn, kinds, sections, summary
 
 
 def markdown(text: str) -> str:

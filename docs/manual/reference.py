@@ -18,8 +18,8 @@ import gonio as gn
 from gonio.base.light import Light
 from gonio.declared import discover
 from gonio.declared.contents import Folder
+from gonio.facts.models import kinds
 from gonio.formula.state import derived
-from gonio.report.model_facts import kinds
 
 DOORS = ("authoring", "testing")
 """Modules of the package for who writes models and tests: not in `gn`, but public."""

@@ -15,8 +15,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 import gonio as gn
 from gonio.base.light import Light
+from gonio.facts.models import example
 from gonio.pictures.colour import srgb_encode
-from gonio.report.model_facts import example
 
 PICTURE = Path(__file__).with_suffix(".jpg")
 SIZE, GAP, TEXT, COLUMNS, SAMPLES = 128, 6, 26, 2, 512

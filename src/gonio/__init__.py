@@ -123,7 +123,7 @@ _ON_USE = {
     "repair": "",
     "cite": "catalogue.citations",
     "write_report": "report.page",
-    "kernel": "report.compiled",
+    "kernel": "facts.compiled",
     "source": "bridges.source",
     "Source": "bridges.source",
     "threads": "compile.threads",

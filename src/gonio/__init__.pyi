@@ -58,6 +58,7 @@ from .distributions.student_t import StudentT as _StudentT
 from .distributions.tabulated_anisotropic_facets import TabulatedAnisotropicFacets as TabulatedAnisotropicFacets
 from .distributions.tabulated_facets import TabulatedFacets as TabulatedFacets
 from .errors import Error as Error
+from .facts.compiled import kernel as kernel
 from .fitting.fit_many import fit_many as fit_many
 from .fitting.fitting import fit as fit
 from .fitting.maps.map_chunks import fit_map_chunks as fit_map_chunks
@@ -219,7 +220,6 @@ from .reconstruction.reconstruct import reflectance_basis as reflectance_basis
 from .reconstruction.reflectance_basis import ReflectanceBasis as ReflectanceBasis
 from .reconstruction.retro_facets import RetroFacets as RetroFacets
 from .reconstruction.retro_facets import retro_facets as retro_facets
-from .report.compiled import kernel as kernel
 from .report.page import write_report as write_report
 from .scenes.camera import Camera as _Camera
 from .scenes.camera import OrthographicCamera as _OrthographicCamera

@@ -17,8 +17,8 @@ import gonio as gn
 from gonio.cli.arguments import resolve_light
 from gonio.cli.commands import cli
 from gonio.errors import FormatError, MissingDataWarning, NotFoundError
+from gonio.facts.models import kinds
 from gonio.pictures.image import Image, read_image
-from gonio.report.model_facts import kinds
 
 SMALL = ["--size", "16", "--samples", "4"]
 

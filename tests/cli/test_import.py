@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from places import ROOT
 
 import gonio as gn
+from gonio.cli import tables
 from gonio.cli.commands import cli
 
 EXPORT = """Operator;J. Doe
@@ -25,12 +26,12 @@ SAID = ["-O", "columns.theta_i=Einfall", "-O", "columns.theta_o=Ausfall", "-O", 
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    """Runs a command in a folder with an export, on a terminal of so many columns."""
+    """Runs a command in a folder with an export, on a terminal of so many columns where it is said."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scan.csv").write_text(EXPORT)
 
-    def run(*words, columns=100):
-        monkeypatch.setenv("COLUMNS", str(columns))
+    def run(*words, columns=10_000):
+        monkeypatch.setattr(tables, "_width", lambda: columns)
         return CliRunner().invoke(cli, [str(word) for word in words])
 
     return run
@@ -42,7 +43,7 @@ def test_what_was_understood_is_shown(run, columns):
     assert result.exit_code == 0, result.stderr
     lines = result.stdout.splitlines()
     assert max(map(len, lines)) <= max(columns, 78)
-    text = " ".join(result.stdout.replace("│", " ").split())
+    text = " ".join(result.stdout.split())
     assert lines[0].startswith("scan.csv: CSV, 123 bytes")
     for words in ("Ausfall", "Einfall", "3 in lines 4 to 6, names in line 3, semicolons between cells, decimal commas",
                   "lines above: 1, lines below: 1", "2 cells", "30° (1)", "the plane of incidence alone",
@@ -102,8 +103,5 @@ def test_bad_input_is_one_line(run, command, says):
 
 def test_the_example_is_what_its_page_shows(run):
     shown = (ROOT / "docs" / "your-own-measurement.md").read_text(encoding="utf-8")
-    lines = run("import", ROOT / "examples" / "ptfe_in_plane.csv", columns=120).stdout.splitlines()
-    assert [line for line in lines[1:-2] if line.startswith(("rows", "passed", "incidences", "measurement"))]
-    for line in lines:
-        if line.startswith(("rows", "passed over", "missing", "incidences", "viewers", "planes", "measurement")):
-            assert line.strip() in shown, line
+    lines = run("import", ROOT / "examples" / "ptfe_in_plane.csv").stdout.splitlines()
+    assert "\n".join(lines[1:-2]) in shown

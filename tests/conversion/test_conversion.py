@@ -18,12 +18,12 @@ from gonio.cli.convert import conversion_as_text
 from gonio.cli.info import facts_as_text
 from gonio.conversion import comparison, conversion
 from gonio.errors import Error, FluorescenceWarning, ParameterError
+from gonio.facts.format_table import format_table
+from gonio.facts.material import facts
 from gonio.formats import formats, load, merl, rgl, save, writer
 from gonio.formats._options import of_texts
 from gonio.formats.merl import MERL
 from gonio.pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
-from gonio.report.facts import facts
-from gonio.report.format_table import format_table
 from gonio.tables.gridded import Gridded
 
 WRITERS = {m.NAME: m for m in formats() if hasattr(m, "write") and m.write.__annotations__["m"] == "Reflectance"}

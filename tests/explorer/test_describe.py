@@ -9,10 +9,9 @@ import pytest
 
 import gonio as gn
 from gonio.explorer import calls, messages
-from gonio.explorer.describe import slider, snippet
+from gonio.explorer.describe import slider
 from gonio.explorer.given import Given
 from gonio.explorer.shelf import Shelf
-from gonio.formula.fields import Parameter
 
 TEXTS = (
     "gold",
@@ -84,13 +83,9 @@ def test_replaced_numbers_are_in_code_and_command():
     assert next(o["value"] for o in found["options"] if o["path"] == "masking") == "separable"
 
 
-def test_words_in_quotes_are_no_constructors():
-    m = gn.material("gold")
-    assert snippet('Lambertian(0.1) + material("gold")', m, (), {}).endswith(
-        'm = gn.Lambertian(0.1) + gn.material("gold")\n'
-    )
-    assert "gn.gn." not in snippet("gn.Lambertian(0.1)", m, (), {})
-    assert "gn.Dielectric(1.4)" in snippet("gold", m, ("fresnel=Dielectric(1.4)",), {})
+def test_options_of_reading_are_in_code_and_command(measured):
+    found = calls.material(Shelf([Given(measured, ("side=front",))]), measured, {})
+    assert "side='front')" in found["snippet"] and "-O side=front" in found["command"]
 
 
 def test_maps_have_no_formula_in_the_page():
@@ -112,7 +107,7 @@ def test_maps_have_no_formula_in_the_page():
     ],
 )
 def test_slider(name, value, bounds, expected):
-    assert slider(name, Parameter(np.array(value), *bounds, "", "1")) == pytest.approx(expected)
+    assert slider(name, {"value": value, "low": bounds[0], "high": bounds[1], "unit": "1"}) == pytest.approx(expected)
 
 
 def test_colours():

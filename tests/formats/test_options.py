@@ -26,10 +26,10 @@ from gonio.conversion import comparison
 from gonio.declared import discover
 from gonio.declared.arguments import LARGEST, Argument, Declared
 from gonio.errors import NotFoundError, ParameterError, TooLargeError
+from gonio.facts.format_table import format_table
 from gonio.formats import _options, formats
 from gonio.formats._options import of_texts, options
 from gonio.formats._reading import tensor_file
-from gonio.report.format_table import format_table
 
 MODULES = {module.NAME: module for module in formats()}
 READ = [(name, o) for name, module in MODULES.items() for o in options(module.read).values()]
@@ -277,7 +277,7 @@ def test_what_a_format_needs_is_demanded_where_it_is_discovered(monkeypatch):
 def test_a_format_need_not_say_what_it_was_checked_against(monkeypatch):
     def read(path: Path, side: Annotated[str, Declared("a side", words=("up", "down"))] = "up") -> gn.Reflectance: ...
 
-    monkeypatch.setattr("gonio.report.format_table.formats", lambda: [module_of(matches=matches, read=read)])
+    monkeypatch.setattr("gonio.facts.format_table.formats", lambda: [module_of(matches=matches, read=read)])
     (row,) = format_table()
     assert row.oracle == "nothing yet" and row.to_json()["read_options"]["side"]["default"] == "up"
     assert "side            up       'up' or 'down': a side" in formats_command.format_as_text(row)

@@ -325,7 +325,7 @@ def test_every_light_is_in_the_picture_of_the_lights(monkeypatch):
 
 
 def test_every_light_says_its_formula_units_and_source():
-    from gonio.report.model_facts import sections
+    from gonio.facts.models import sections
 
     for name, kind in gn.lights().items():
         if kind.__module__.startswith("gonio."):

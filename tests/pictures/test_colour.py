@@ -14,6 +14,7 @@ from gonio.base.light import Light
 from gonio.cli import albedo, arguments, check, commands, render, show
 from gonio.declared.discover import docstring, modules
 from gonio.errors import Error, NotFoundError, ParameterError
+from gonio.facts import material as facts
 from gonio.figures import _drawing
 from gonio.lights import _words
 from gonio.pictures import colour, image
@@ -29,7 +30,6 @@ from gonio.pictures.colour import (
     to_xyz,
     transformed,
 )
-from gonio.report import facts
 from gonio.uncertainty import correlation
 
 

@@ -14,9 +14,9 @@ from gonio.base.history import Repair
 from gonio.base.provenance import formats_read
 from gonio.cli.info import facts_as_text
 from gonio.conversion import comparison
+from gonio.facts.material import facts
 from gonio.formats.merl import MERL, SCALE
 from gonio.repair import _cells
-from gonio.report.facts import facts
 from gonio.tables.angle_systems import angle_system
 from gonio.tables.gridded import Gridded
 from gonio.tables.scattered import Scattered
@@ -135,7 +135,7 @@ def test_what_is_no_record_is_refused(whole):
 
 def test_info_prints_the_history(whole):
     from gonio.cli.info import facts_as_text
-    from gonio.report.facts import facts
+    from gonio.facts.material import facts
 
     repaired = gn.repair.remove_negatives(changed(whole, whole.brdf() - 0.11))
     found = facts("memory", repaired)

@@ -122,7 +122,7 @@ def test_a_material_shows_formula_picture_and_parameters():
 
 def test_a_measurement_shows_what_the_file_is_and_what_it_lacks():
     said = display.html(scan(uncertainty=0.01))
-    for words in ("7 pairs of directions", "holes", "14", "of the table", "uncertainty", "interpolation"):
+    for words in ("7 pairs of directions", "missing", "14", "of the table", "uncertainty", "interpolation"):
         assert words in said, words
     named = scan().with_notes(path="/a/place/scan<b>.csv")
     title = ElementTree.fromstring(display.html(named)).find(".//b")

@@ -22,12 +22,12 @@ from gonio.compile import store
 from gonio.errors import DependencyError, FluorescenceWarning, ParameterError, WriteError
 from gonio.evaluate import planning
 from gonio.evaluate.tracing import at_most
+from gonio.facts.material import facts
+from gonio.facts.subject import Subject
 from gonio.formats._reading import tensor_file
 from gonio.pictures.colour import daylight
 from gonio.report import page
-from gonio.report.facts import facts
 from gonio.report.page import browser, chart, contents, curves, fits, html, lobes, pictures
-from gonio.report.page.subject import Subject
 from gonio.report.page.typeset import typeset
 
 pytestmark = pytest.mark.slow_because("a page is a dozen pictures")
@@ -142,7 +142,7 @@ def test_numbers_are_those_of_gonio(paint):
     assert one["fits"]["exact"] == ["Lambertian() + ABC()"]
     best = one["fits"]["models"][0]
     assert best["rms"] == pytest.approx(gn.fit(m, gn.expression(best["model"])).rms)
-    json.dumps(page._finite(one), allow_nan=False)
+    json.dumps(page.finite(one), allow_nan=False)
 
 
 @pytest.mark.full
@@ -166,28 +166,6 @@ def test_the_program_of_a_report_gives_its_numbers(paint, tmp_path, monkeypatch,
     assert np.allclose(printed[: len(values)], values, rtol=1e-5)
     assert Path("sphere.png").exists()
     assert one["reproduce"]["shell"][0] == "gonio report gold-metallic-paint -o report.html"
-
-
-def test_programs_of_every_kind_of_subject_make_its_material(tmp_path, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    wi, wo = gn.direction(0.5, np.pi), gn.direction(0.6, 0.0)
-    made = gn.load(PTFE.relative_to(ROOT), decimal=",")
-    subjects = [
-        Subject.of("a", gn.Lambertian([0.1, 0.2, 0.3]) + 0.5 * gn.IdealSpecular(0.04)),
-        Subject.of("gold", gn.material("gold")),
-        Subject.of("gold", gn.material("brass")),
-        Subject.of("b", made),
-        Subject("c", gn.material("gold", alpha=0.3), "gold", (), ("alpha=0.3",)),
-        Subject("d", made.replace(outside="zero"), str(made.path), ("decimal=,",), ("outside=zero",)),
-        Subject("e", gn.material("gold").replace(fresnel=gn.Dielectric(1.4)), "gold", (), ("fresnel=Dielectric(1.4)",)),
-    ]
-    for subject in subjects:
-        scope: dict = {}
-        exec("\n".join(subject.python([0.0], 180.0).split("\n")[:5]), scope)
-        assert np.array_equal(scope["m"].f(wi, wo), subject.m.f(wi, wo)), subject.name
-        assert repr(scope["m"]) == repr(subject.m)
-    assert subjects[5].shell()[1] == f"gonio info {made.path} -O decimal=, -p outside=zero"
-    assert Subject("f", gn.Lambertian(0.5), "Lambertian(0.5)").shell()[1] == "gonio info 'Lambertian(0.5)'"
 
 
 def test_uncertainties_of_a_table_are_those_of_gonio(quick):

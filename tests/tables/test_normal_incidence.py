@@ -11,7 +11,7 @@ from places import real
 
 import gonio as gn
 from gonio.cli.commands import cli
-from gonio.report.facts import facts
+from gonio.facts.material import facts
 from gonio.tables.angle_systems import SYSTEMS
 
 CIRCLE = np.radians(np.arange(0.0, 360.0, 15.0))

@@ -16,7 +16,7 @@ ROOMS = (
     *("surfaces", "distributions", "models", "lights", "tables", "integrals", "layers", "remote_sensing"),
     *("formats", "catalogue", "conversion", "repair", "uncertainty", "laws", "fitting", "reconstruction"),
     *("scenes", "interreflection", "instrument"),
-    *("bridges", "figures", "report", "explorer", "cli"),
+    *("facts", "bridges", "figures", "explorer", "report", "cli"),
 )
 """Folders, from the ground up; "" stands for the modules beside them."""
 

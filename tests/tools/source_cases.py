@@ -9,7 +9,7 @@ import numpy as np
 
 import gonio as gn
 from gonio.bridges.source import Source
-from gonio.report.model_facts import drawn, kinds
+from gonio.facts.models import drawn, kinds
 
 PAIRS = 192
 LEVEL = 1e-3

@@ -83,3 +83,8 @@ def formats_read(provenance: Any) -> list[str]:
     if not isinstance(provenance, Mapping):
         return []
     return [str(provenance["format"])] if "format" in provenance else formats_read(provenance.get(ORIGIN))
+
+
+def size_of(path: Path) -> int:
+    """Bytes of a file, or of all files in a folder."""
+    return sum(p.stat().st_size for p in path.rglob("*") if p.is_file()) if path.is_dir() else path.stat().st_size

@@ -73,9 +73,9 @@ def albedos(
     """
     from ..arrays.kinds import with_channels
     from ..base.angles import direction
+    from ..facts.material import ASSUMPTIONS
     from ..integrals.albedo import albedo
     from ..laws._probes import channel
-    from ..report.facts import ASSUMPTIONS
     from ..tables.gridded import Gridded
     from ..uncertainty import with_uncertainty
     from ..uncertainty.table import has_uncertainty

@@ -45,7 +45,7 @@ def materials(ctx: click.Context, param: click.Parameter, typed: str) -> list[Co
 
 def models(ctx: click.Context, param: click.Parameter, typed: str) -> list[CompletionItem]:
     """Names of models, distributions and Fresnel terms."""
-    from ..report.model_facts import kinds
+    from ..facts.models import kinds
 
     return _starting((name for of in kinds().values() for name in of), typed)
 

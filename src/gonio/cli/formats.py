@@ -15,7 +15,7 @@ from .tables import table
 from .terminal import echo, print_json
 
 if TYPE_CHECKING:
-    from ..report.format_table import Format
+    from ..facts.format_table import Format
 
 
 @click.command("formats", short_help="List the file formats, or the options of one.")
@@ -27,7 +27,7 @@ def formats_(name: tuple[str, ...], as_json: bool) -> None:
     With the NAME or a suffix of a format: its options too, with meanings and values. Files are recognised by their
     content. A suffix of several formats does not say which one to write: name it.
     """
-    from ..report.format_table import format_table
+    from ..facts.format_table import format_table
 
     rows = format_table()
     chosen = formats_named(rows, " ".join(name)) if name else rows
@@ -39,7 +39,7 @@ def formats_(name: tuple[str, ...], as_json: bool) -> None:
 
 def formats_as_text(rows: Sequence[Format]) -> str:
     """The table of file formats."""
-    from ..report.format_table import sampled_in_words
+    from ..facts.format_table import sampled_in_words
 
     cells = []
     for row in rows:
@@ -61,7 +61,7 @@ def formats_named(rows: Sequence[Format], name: str) -> list[Format]:
 
 def format_as_text(row: Format) -> str:
     """A file format and its options."""
-    from ..report.format_table import sampled_in_words
+    from ..facts.format_table import sampled_in_words
 
     facts = [
         ("format", f"{row.name}: {row.description}"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import shutil
+import re
 import time
 import warnings
 from collections.abc import Sequence
@@ -15,18 +15,20 @@ import numpy as np
 
 from ..errors import MeaningWarning, ParameterError, visible
 from .options import READING, json_option, reading_option, since
-from .tables import size_in_words
+from .tables import size_in_words, table
 from .terminal import echo, print_json
 
 if TYPE_CHECKING:
     from ..base.reflectance import Reflectance
     from ..formats._laboratory.understanding import Column, Understood
 
-NARROWEST, USUAL = 72, 100
-"""Characters of a line of the table: at least, and where nothing says how wide a line may be."""
-
 SHOWN = 24
 """Most columns that are shown one by one."""
+
+LONGEST = 40
+"""Characters of a name, and of the first values of a column; JSON has all."""
+
+_SUSPICIOUS = re.compile(r"^suspicious", re.MULTILINE)
 
 DELIMITERS = {";": "semicolons", ",": "commas", "\t": "tabs", "|": "bars"}
 
@@ -73,13 +75,14 @@ def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MeaningWarning)  # `suspicions` says the same
         m = load_as_typed(file, texts)
-    table = module.understood(file, **of_texts(module, "read", texts))
-    facts, wrong = summary(table, m), suspicions(table)
+    understood = module.understood(file, **of_texts(module, "read", texts))
+    facts, wrong = summary(understood, m), suspicions(understood)
     if as_json:
-        columns = [column._asdict() for column in table.columns]
+        columns = [column._asdict() for column in understood.columns]
         print_json({"file": str(file), "format": module.NAME, "columns": columns, **facts, "suspicious": wrong})
     else:
-        _print(f"{file}: {module.NAME}, {size_in_words(file.stat().st_size)}", table, facts, wrong)
+        title = f"{file}: {module.NAME}, {size_in_words(file.stat().st_size)}"
+        echo(as_text(title, understood, facts, wrong))
     if output is not None:
         _convert(m, output, format_, start, as_json)
     elif not as_json:
@@ -151,31 +154,11 @@ def _measurement(m: Any) -> str:
     return f"{kind}{channels}, {'with standard uncertainties' if m.uncertainty is not None else 'no uncertainty'}"
 
 
-def _print(title: str, table: Understood, facts: dict[str, str], wrong: Sequence[str]) -> None:
-    """Columns and facts, as tables of the terminal's width."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console = Console(width=max(shutil.get_terminal_size((USUAL, 24)).columns, NARROWEST), highlight=False)
-    columns = Table(
-        title=Text(visible(title)), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
-    )
-    for name in ("column", "meaning", "unit", "first values", "range"):
-        columns.add_column(name, overflow="fold")
-    for column in shown(table.columns):
-        style = "dim" if column.meaning == "left out" else ""
-        columns.add_row(*(Text(visible(cell), style) for cell in _cells(column)))
-    console.print(columns)
-    below = Table(box=None, show_header=False, pad_edge=False)
-    below.add_column(no_wrap=True, style="bold")
-    below.add_column(overflow="fold")
-    for name, words in facts.items():
-        below.add_row(name, Text(visible(words)))
-    for words in wrong:
-        below.add_row("suspicious", Text(visible(words), "red"))
-    console.print(below)
+def as_text(title: str, table_: Understood, facts: dict[str, str], wrong: Sequence[str]) -> str:
+    """Columns, facts, and what looks wrong."""
+    columns = table(("column", "unit", "first values", "range", "meaning"), map(_cells, shown(table_.columns)))
+    below = table(("", ""), [*facts.items(), *(("suspicious", words) for words in wrong)]).removeprefix("\n")
+    return f"{visible(title)}\n\n{columns}\n\n{_SUSPICIOUS.sub(click.style('suspicious', 'red'), below)}"
 
 
 def shown(columns: Sequence[Column]) -> list[Column]:
@@ -189,4 +172,8 @@ def _cells(column: Column) -> tuple[str, ...]:
     low, high = (f"{x:.4g}" for x in (column.low, column.high))
     span = "" if not column.first or math.isnan(column.low) else low if low == high else f"{low} to {high}"
     missing = f"{', ' if span else ''}{column.missing} missing" if column.missing else ""
-    return column.name or "(said)", column.meaning, column.unit, ", ".join(column.first), span + missing
+    return _cut(column.name or "(said)"), column.unit, _cut(", ".join(column.first)), span + missing, column.meaning
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"

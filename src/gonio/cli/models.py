@@ -26,7 +26,7 @@ def models(name: str | None, as_json: bool) -> None:
     With the NAME of one: its formula, parameters with units and bounds, source, and values to try. With a word, or a
     pattern with * and ?: those whose name or summary holds it.
     """
-    from ..report.model_facts import every_model
+    from ..facts.models import every_model
 
     known = every_model()
     exact = [facts for facts in known if name and facts["name"].lower() == name.lower()]
@@ -75,7 +75,7 @@ LABELS = ("looks", "shapes", "units", "error", "source")
 
 def model_as_text(facts: dict[str, Any]) -> str:
     """Everything about one."""
-    from ..conversion.conversion import labelled
+    from ..formula.text import labelled
 
     paragraphs = [" ".join(text.split()) for text in facts["formula"].split("\n\n")]
     rows = [("name", facts["name"]), ("kind", facts["kind"])]

@@ -53,8 +53,8 @@ def report(
       gonio report measured.binary gold -o both.html --pdf
       gonio report gold -p alpha=0.3 --json
     """
+    from ..facts.subject import Subject
     from ..report import page
-    from ..report.page.subject import Subject
     from .arguments import resolve_light
 
     start = time.perf_counter()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import os
 import re
 import sys
@@ -19,6 +18,7 @@ import click
 from ..declared.discover import docstring
 from ..declared.version import __version__
 from ..errors import Error, ExpressionError, LeftOutWarning, MissingDataWarning, visible
+from ..facts import finite
 
 BAD_INPUT, FAULT, INTERRUPTED, NOBODY_READS = 2, 70, 130, 141
 """Exit codes; the last three are those of sysexits.h and of a shell, for SIGINT and SIGPIPE."""
@@ -183,15 +183,7 @@ def bar(what: str) -> Iterator[Callable[[int, int], None] | None]:
 
 def print_json(data: Any) -> None:
     """Print JSON, with null for NaN and infinity, which JSON lacks."""
-    click.echo(json.dumps(_finite(data), indent=2, allow_nan=False))
-
-
-def _finite(data: Any) -> Any:
-    if isinstance(data, dict):
-        return {k: _finite(v) for k, v in data.items()}
-    if isinstance(data, (list, tuple)):
-        return [_finite(v) for v in data]
-    return None if isinstance(data, float) and not math.isfinite(data) else data
+    click.echo(json.dumps(finite(data), indent=2, allow_nan=False))
 
 
 def streams() -> None:

@@ -14,12 +14,13 @@ import numpy as np
 
 from ..base.angles import lattice_pairs
 from ..base.measured import Measured
-from ..base.provenance import ORIGIN, in_words
+from ..base.provenance import ORIGIN, in_words, size_of
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
 from ..formats import load, write, writer
 from ..formats._options import options as options_of
+from ..formula.text import labelled, percent
 from ..integrals.photons import exchanged_in_words
 from ..models._quarters import QUARTERS, quarters
 from ..models.lambertian import Lambertian
@@ -102,11 +103,6 @@ def _error_rows(error: ResamplingError | None) -> list[tuple[str, str]]:
     ]
 
 
-def labelled(label: str, texts: dict[str, str]) -> list[tuple[str, str]]:
-    """A row for each text, the first one with the label."""
-    return [("" if k else label, f"{name}: {text}") for k, (name, text) in enumerate(texts.items())]
-
-
 def degrees(angle: float) -> str:
     """An angle [rad] in degrees, with a digit behind the point where it has one."""
     return f"{round(math.degrees(angle), 1):g}°"
@@ -115,11 +111,6 @@ def degrees(angle: float) -> str:
 def _share(x: float) -> str:
     """A share of f: in percent, or how many times f it is."""
     return f"{percent(x)} of" if x < 10.0 else f"{x:.2g} times"
-
-
-def percent(x: float) -> str:
-    """A share in percent, with two digits."""
-    return f"{100.0 * x:.2g} %"
 
 
 @checked
@@ -186,11 +177,6 @@ def _told_together(texts: Sequence[dict[str, str]]) -> dict[str, str]:
     """What is said of several parts; the same words once."""
     names = dict.fromkeys(name for each in texts for name in each)
     return {name: "; ".join(dict.fromkeys(each[name] for each in texts if name in each)) for name in names}
-
-
-def size_of(path: Path) -> int:
-    """Bytes of a file, or of all files in a folder."""
-    return sum(p.stat().st_size for p in path.rglob("*") if p.is_file()) if path.is_dir() else path.stat().st_size
 
 
 def _names(m: Reflectance) -> tuple | None:

@@ -48,7 +48,7 @@ NOTHING: Mapping[str, Any] = {}
 def names(shelf: Shelf) -> dict[str, Any]:
     """Everything that a page may name: the command line's materials, built-in ones, and models with an example."""
     from ..catalogue import builtin
-    from ..report.model_facts import drawn, kinds, summary
+    from ..facts.models import drawn, kinds, summary
 
     models = [
         {"name": name, "doc": summary(kind).replace("`", ""), "example": drawn(kind)}
@@ -117,19 +117,10 @@ def fit(shelf: Shelf, text: Text, model: Text, replaced: Replaced = NOTHING) -> 
 
 def albedo(shelf: Shelf, text: Text, replaced: Replaced = NOTHING) -> dict[str, Any]:
     """Albedo against the angle of incidence, and of tables that state uncertainties its own, of independent errors."""
-    from ..integrals.albedo import albedo as albedo_of
-    from ..tables.gridded import Gridded
-    from ..uncertainty import with_uncertainty
-    from ..uncertainty.table import has_uncertainty
+    from ..facts.material import albedos
 
-    m = shelf.material(text, replaced)
-    at = direction(np.radians(THETA), 0.0)
-    if isinstance(m, Gridded) and has_uncertainty(m):
-        quoted = with_uncertainty(albedo_of, m, at, correlation="independent", tolerance=1e-3)
-        values, u = quoted.value, with_channels(np.asarray(quoted.u), 1)
-    else:
-        values, u = albedo_of(m, at, tolerance=1e-3), None
-    return {"theta": [float(t) for t in THETA], "values": with_channels(np.asarray(values), 1), "u": u}
+    values, u = albedos(shelf.material(text, replaced), direction(np.radians(THETA), 0.0))
+    return {"theta": [float(t) for t in THETA], "values": values, "u": u}
 
 
 def source(

@@ -17,11 +17,11 @@ from ..base.reflectance import Reflectance
 from ..catalogue import builtin
 from ..catalogue.expressions import expression
 from ..errors import NotFoundError, ParameterError
+from ..facts.models import SHOWN
 from ..formats import load
 from ..formula.fields import Option, Param
 from ..formula.json_form import names
 from ..formula.spectrum import Spectrum
-from ..report.model_facts import SHOWN
 from .given import Given
 
 UPLOAD = re.compile(r"upload:([1-9][0-9]{0,8})/([A-Za-z0-9_-][A-Za-z0-9._-]{0,127})")

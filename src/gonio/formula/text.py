@@ -34,3 +34,13 @@ def few(names: Iterable[str]) -> str:
     """Names in a message, sorted; of 15 or more the first six."""
     ordered = sorted(names)
     return listed(ordered, len(ordered) if len(ordered) < 15 else 6)
+
+
+def percent(x: float) -> str:
+    """A share in percent, with two digits."""
+    return f"{100.0 * x:.2g} %"
+
+
+def labelled(label: str, texts: dict[str, str]) -> list[tuple[str, str]]:
+    """A row for each text, the first one with the label."""
+    return [("" if k else label, f"{name}: {text}") for k, (name, text) in enumerate(texts.items())]

@@ -1,1 +1,1 @@
-"""Facts, tables and figures about materials and formats."""
+"""Pages about materials, and what notebooks show of objects."""

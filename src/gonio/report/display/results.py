@@ -10,6 +10,7 @@ import numpy as np
 
 from ...bridges.source import Source
 from ...declared.contents import Contents, summary
+from ...facts.compiled import Kernel
 from ...fitting.result import Fit
 from ...fitting.selection import Selection
 from ...formula.spectrum import Spectrum
@@ -18,7 +19,6 @@ from ...laws import MapReport, Report
 from ...reconstruction.planning.goniometer import Goniometer
 from ...reconstruction.planning.plan import HEADER, Plan
 from ...uncertainty.quoted import Quoted
-from ..compiled import Kernel
 from . import _sphere
 from ._html import Cut, Raw, block, code, image, items, paragraph, sparkline, table, text
 from ._things import html_of, short

@@ -10,21 +10,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...declared.arguments import checked
 from ...declared.version import __version__
 from ...errors import ParameterError
 from ...evaluate.tracing import at_most
+from ...facts import finite
+from ...facts.subject import Subject
 from ...figures._drawing import named, of_one_place
 from ...files import replacing, target
 from . import browser, lobes, pictures
 from .contents import contents_of, summarised
 from .guarded import Guarded
 from .html import page, script_data
-from .subject import Subject
 
 SUFFIXES = (".html", ".htm", ".pdf", ".json")
 """What a report is written as."""
@@ -137,7 +136,7 @@ def made(
             given = of_lobes.parts["lobes"]
             stills = pictures.stills(given) if given else []
         one["left_out"].update(of_lobes.left_out)
-        shown.append({"spheres": spheres, "lobes": script_data(_finite(given)) if given else "", "stills": stills})
+        shown.append({"spheres": spheres, "lobes": script_data(finite(given)) if given else "", "stills": stills})
         tell(1.0)
     return page(report, shown)
 
@@ -155,15 +154,7 @@ def write_page(path: str | os.PathLike[str], text: str) -> None:
 def write_json(path: str | os.PathLike[str], report: dict[str, Any]) -> None:
     """Write what a report says; NaN and infinity are null."""
     with replacing(path) as temporary:
-        Path(temporary).write_text(json.dumps(_finite(report), indent=1, allow_nan=False), encoding="utf-8")
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(k): _finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, (float, np.floating)) and not np.isfinite(value) else value
+        Path(temporary).write_text(json.dumps(finite(report), indent=1, allow_nan=False), encoding="utf-8")
 
 
 def _scaled(progress: Progress | None, low: float, high: float) -> Progress | None:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from .chart import Axis, Chart, figure, fitting, legend
-from .drawing import DENSE, INCIDENT, VIEW, Row, angle, f_label, step
+from .drawing import DENSE, INCIDENT, VIEW, Row, f_label, of_incidence, step
+from .told import angle
 
 LIMITS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Ends of the axis of residuals [%]."""
@@ -31,11 +32,11 @@ def of_fit(rows: Sequence[dict[str, Any]], model: str, unit: str) -> str:
         drawn.line(row["views"], np.where(f > 0.0, f, np.nan), kind)
         drawn.line(row["views"], np.where(np.isfinite(f) & (of > 0.0), of, np.nan), f"{kind} dashed")
         below.line(row["views"], off[k], kind)
-    entries = [(step(k, len(rows)), angle(row["theta_i"])) for k, row in enumerate(rows)]
-    both = legend([*entries, ("ink", "material"), ("ink dashed", "best fit")], "incidence θᵢ")
+    thetas = [row["theta_i"] for row in rows]
+    both = of_incidence(thetas, [("ink", "material"), ("ink dashed", "best fit")])
     first = figure(drawn.svg(), f"The material beside the best of the fits, <code>{escape(model)}</code>.", both)
     cut = f", cut off at ±{limit:g} %" if most > limit else ""
-    return first + figure(below.svg(), f"Residuals in the plane of incidence{cut}.", legend(entries, "incidence θᵢ"))
+    return first + figure(below.svg(), f"Residuals in the plane of incidence{cut}.", of_incidence(thetas))
 
 
 def _relative(f: np.ndarray, of: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,26 +11,24 @@ import numpy as np
 from ...arrays.kinds import with_channels
 from ...base.angles import direction
 from ...base.measured import Measured
-from ...base.reflectance import Reflectance, Scaled, Sum
-from ...base.shown_channels import is_rgb
+from ...base.reflectance import Reflectance
 from ...catalogue.citations import cite
 from ...errors import ParameterError
 from ...evaluate import batch
+from ...facts.material import facts, quoted, to_rgb
+from ...facts.models import formulas
+from ...facts.subject import Subject
 from ...figures._slices import lit_range, one_number, plane
-from ...formula.parametrised import Parametrised
 from ...integrals.albedo import albedo, white_sky_albedo
 from ...integrals.fate import fate
 from ...laws import check, summaries
-from ...pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, WHITE, XYZ, rgb_of, srgb_encode
+from ...pictures.colour import RGB_OF_XYZ, WHITE, srgb_encode
 from ...scenes.rendering import in_daylight
 from ...tables.gridded import Gridded
-from ..facts import ASSUMPTIONS, facts
-from ..model_facts import sections, summary
 from . import curves
 from .fits import fits_of
 from .guarded import Guarded
 from .polarized import polarization
-from .subject import Subject
 
 TABLE = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
 """Angles of incidence [degrees] of the tables of albedos."""
@@ -84,11 +82,11 @@ def contents_of(subject: Subject, with_fits: bool = True, progress: Progress | N
     table = found.parts["albedo"]["table"]["theta_i"] if found.parts["albedo"] else [0.0]
     return {
         "name": subject.name,
-        "title": described(subject, about),
+        "title": subject.title,
         "facts": about,
         "isotropic": bool(m.is_isotropic()),
         "unit": one_number(m)[1],
-        "formulas": list(formulas(m)),
+        "formulas": formulas(m),
         "citations": cite(m),
         **found.parts,
         "left_out": found.left_out,
@@ -98,36 +96,6 @@ def contents_of(subject: Subject, with_fits: bool = True, progress: Progress | N
             "shell": subject.shell(best),
         },
     }
-
-
-def described(subject: Subject, about: dict[str, Any]) -> str:
-    """What a material is, in a line."""
-    m = subject.m
-    if "built_in" in about:
-        return f"{about['built_in']}: {about['description']}"
-    if isinstance(m, Measured):
-        return f"measurement, {about['format']} file" + (
-            f" of {about['published_as']}" if about["published_as"] else ""
-        )
-    if isinstance(m, Sum):
-        return "sum of " + ", ".join(type(t.of if isinstance(t, Scaled) else t).__name__ for t in m.terms)
-    return summary(type(m.of if isinstance(m, Scaled) else m)).replace("`", "")
-
-
-def formulas(m: Reflectance) -> Iterator[dict[str, str]]:
-    """What the docstrings of a material's classes say of each: formula, range of errors, source."""
-    for kind in dict.fromkeys(_kinds(m)):
-        parts = sections(kind)
-        told = {"class": kind.__name__, "formula": parts.get("", "").strip()}
-        yield told | {name.lower(): " ".join(parts.get(name, "").split()) for name in ("Units", "Error", "Source")}
-
-
-def _kinds(m: Parametrised) -> Iterator[type[Parametrised]]:
-    if not isinstance(m, (Sum, Scaled)):
-        yield type(m)
-    for name in m.fields:
-        if isinstance(part := getattr(m, name), Parametrised):
-            yield from _kinds(part)
 
 
 def channels_of(m: Reflectance) -> list[str]:
@@ -167,29 +135,22 @@ def albedos(m: Reflectance) -> dict[str, Any]:
     return {"table": table, "curve": curve, "white_sky": _white_sky(m), "low": low, "high": high}
 
 
-def _components(m: Gridded, function: Callable[..., Any], *args: Any, axes: int, tolerance: float) -> dict[str, Any]:
-    """A result of a table (..., C), the components of its standard uncertainty (by noise under each assumption, and by
-    interpolation), and all together."""
-    from ...uncertainty import with_uncertainty  # late: SciPy takes 0.4 s, and formulas need none
-    from ...uncertainty.table import has_uncertainty
-
-    u: dict[str, np.ndarray] = {}
-    for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
-        found = with_uncertainty(function, m, *args, correlation=how, tolerance=tolerance)
-        if how:
-            u[f"{how} errors"] = with_channels(found.u_noise, axes)
+def _components(m: Gridded, function: Callable[..., Any], *args: Any, axes: int) -> dict[str, Any]:
+    """A result of a table (..., C), the components of its standard uncertainty, and all together."""
+    value, components = quoted(function, m, *args)
+    interpolation = with_channels(components.pop("interpolation"), axes)
+    u = {f"{how} errors": with_channels(x, axes) for how, x in components.items()}
     noise = np.max(list(u.values()), axis=0) if u else 0.0
-    u["interpolation"] = with_channels(found.u_interpolation, axes)
     return {
-        "values": with_channels(found.value, axes).tolist(),
-        "u": {name: x.tolist() for name, x in u.items()},
-        "total": np.hypot(noise, u["interpolation"]).tolist(),
+        "values": with_channels(value, axes).tolist(),
+        "u": {name: x.tolist() for name, x in {**u, "interpolation": interpolation}.items()},
+        "total": np.hypot(noise, interpolation).tolist(),
     }
 
 
 def _measured_albedos(m: Gridded, wi: np.ndarray) -> dict[str, Any]:
     """Albedos of a table, and their standard uncertainties."""
-    found = _components(m, albedo, wi, axes=1, tolerance=1e-3)
+    found = _components(m, albedo, wi, axes=1)
     by_noise = "the larger of both components by noise, and interpolation"
     found["assumed"] = by_noise if len(found["u"]) > 1 else "interpolation alone"
     return found | {"method": "uncertainties of the values, and of interpolation between them"}
@@ -198,7 +159,7 @@ def _measured_albedos(m: Gridded, wi: np.ndarray) -> dict[str, Any]:
 def _white_sky(m: Reflectance) -> dict[str, Any]:
     """The albedo under a white sky (C,), with its uncertainty as that of the table."""
     if isinstance(m, Gridded):
-        return _components(m, white_sky_albedo, axes=0, tolerance=1e-3)
+        return _components(m, white_sky_albedo, axes=0)
     tolerance = MEASURED if isinstance(m, Measured) else WHITE_SKY
     white = with_channels(white_sky_albedo(m, tolerance=tolerance), 0)
     return {"values": white.tolist(), "u": {"integration": tolerance}}
@@ -237,11 +198,11 @@ def colours(m: Reflectance) -> dict[str, Any] | None:
         order = np.argsort(np.array(names, float))
         wavelengths = np.array(names, float)[order].tolist()
         spectrum = {"wavelengths": wavelengths, "theta_i": theta.tolist(), "values": rho[:, order].tolist()}
-    to_rgb = _to_rgb(m)
-    if to_rgb is None:
+    matrix = to_rgb(m)
+    if matrix is None:
         return {"patches": [], "spectrum": spectrum} if spectrum else None
     patches = []
-    for angle, row in zip(theta.tolist(), rho @ to_rgb, strict=True):
+    for angle, row in zip(theta.tolist(), rho @ matrix, strict=True):
         lab = lab_of(row)
         codes = (srgb_encode(np.clip(row, 0.0, 1.0)) * 255.0).round().astype(int)
         inside = bool((row > -1e-3).all() and (row < 1.001).all())
@@ -250,14 +211,6 @@ def colours(m: Reflectance) -> dict[str, Any] | None:
             "in_gamut": inside,
         })  # fmt: skip
     return {"patches": patches, "spectrum": spectrum}
-
-
-def _to_rgb(m: Reflectance) -> np.ndarray | None:
-    if (m.channels or 1) == 1 and (m.channel_names is None or isinstance(m.channel_names[0], str)):
-        return np.ones((1, 3))
-    if m.channel_names in (XYZ, RELATIVE_XYZ) or not is_rgb(m):
-        return rgb_of(m.channel_names)
-    return np.eye(3)
 
 
 def lab_of(rgb: np.ndarray) -> list[float]:

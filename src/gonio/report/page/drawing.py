@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from . import chart
-from .chart import Axis
+from .chart import Axis, legend
+from .told import angle
 
 VIEW = Axis(-90.0, 90.0, "viewing angle θₒ [°]", angle=True, ticks=range(-90, 91, 30))
 INCIDENT = Axis(0.0, 90.0, "angle of incidence θᵢ [°]", angle=True, ticks=range(0, 91, 15))
 
 DENSE = 45
 """Measured values of a slice from which on their points are small."""
-
-
-def angle(degrees: float, digits: int = 4) -> str:
-    """An angle in HTML, which the page can turn into radians."""
-    return f'<span data-deg="{degrees:.10g}">{chart.number(float(f"{degrees:.{digits}g}"))}°</span>'
 
 
 class Row:
@@ -43,3 +39,8 @@ def step(k: int, count: int) -> str:
 def f_label(unit: str) -> str:
     """The label of f, with the name of the one number that it is."""
     return f"f [sr⁻¹]{', ' + unit.partition(',')[0] if unit else ''}"
+
+
+def of_incidence(thetas: Sequence[float], more: Sequence[tuple[str, str]] = ()) -> str:
+    """The legend of curves for angles of incidence [degrees], and of more: (class, HTML)."""
+    return legend([*((step(k, len(thetas)), angle(theta)) for k, theta in enumerate(thetas)), *more], "incidence θᵢ")

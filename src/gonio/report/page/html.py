@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from importlib import resources
 from typing import Any
 
 from ...errors import visible
-from . import comparisons
-from .drawing import angle
-from .sections import Sections
-from .told import n, table
+from . import about, comparisons, judged, shown
+from .told import Told, angle, n, table
 from .typeset import typeset
 
 POLICY = (
@@ -22,6 +20,23 @@ POLICY = (
 """What the browser lets the page do: nothing beyond itself."""
 
 
+SECTIONS: dict[str, tuple[str, Callable[[Told], str]]] = {
+    "what": ("What it is", about.what),
+    "lobe": ("Lobe", shown.lobe),
+    "slices": ("Slices", shown.slices),
+    "albedo": ("Albedo", shown.albedo),
+    "light": ("In the light", shown.light),
+    "laws": ("Laws", judged.laws),
+    "fits": ("Fits", judged.fits),
+    "colour": ("Colour", judged.colour),
+    "transmission": ("What becomes of light", judged.transmission),
+    "polarization": ("Polarization", judged.polarization),
+    "provenance": ("Provenance and citation", about.provenance),
+    "reproduce": ("Do it yourself", about.reproduce),
+}
+"""Name -> title and maker of the sections of a report about one material."""
+
+
 def page(report: dict[str, Any], pictures: Sequence[dict[str, Any]]) -> str:
     """The page of a report and its pictures, material by material."""
     several = report["materials"]
@@ -29,7 +44,7 @@ def page(report: dict[str, Any], pictures: Sequence[dict[str, Any]]) -> str:
     body = overview(report, pictures) if len(several) > 1 else ""
     level = 2 if body else 1
     body += "".join(
-        Sections(one, own, f"m{k}").html(level) for k, (one, own) in enumerate(zip(several, pictures, strict=True))
+        article(Told(one, own, f"m{k}"), level) for k, (one, own) in enumerate(zip(several, pictures, strict=True))
     )
     made = f"Made by gonio {escape(report['gonio'])} on {escape(report['date'][:16].replace('T', ', '))}."
     return visible(
@@ -59,6 +74,19 @@ def script_data(data: Any) -> str:
     """JSON in a script element, out of which no text of it gets."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return f'<script type="application/json">{text}</script>'
+
+
+def article(its: Told, level: int) -> str:
+    """All sections of one material, behind a heading of this level, and what leads to them."""
+    links, body = "", ""
+    for name, (title, make) in SECTIONS.items():
+        if inner := make(its):
+            has_spectrum = name == "colour" and (its.one["colour"] or {}).get("spectrum")
+            title = "Spectrum and colour" if has_spectrum else title
+            links += f'<a href="#{its.key}-{name}">{title}</a>'
+            body += f'<section id="{its.key}-{name}"><h3>{title}</h3>{inner}</section>'
+    head = f'{about.head(its, level)}<nav aria-label="parts">{links}</nav>'
+    return f'<article class="material" id="{its.key}">{head}{body}</article>'
 
 
 def overview(report: dict[str, Any], pictures: Sequence[dict[str, Any]]) -> str:

@@ -11,9 +11,10 @@ import numpy as np
 
 from . import chart
 from .chart import Axis, Chart, figure, fitting, legend, written
-from .drawing import DENSE, INCIDENT, VIEW, Row, angle, f_label, step
+from .drawing import DENSE, INCIDENT, VIEW, Row, f_label, of_incidence, step
 from .encoded import heat_image
 from .polar import Polar
+from .told import angle
 
 TICKS = (0, 2, 10, 30, 60, 90)
 """Half angles [degrees] at the axis of the slice by half and difference angle, which is spaced by their root."""
@@ -23,10 +24,7 @@ def of_slices(given: Sequence[dict[str, Any]], unit: str, title: str, across: bo
     """Slices of one material against the viewing angle: a curve for each angle of incidence."""
     rows = [Row(row) for row in given]
     drawn = Chart(VIEW, fitting(np.concatenate([r.all for r in rows]), f_label(unit)), title)
-    for start, stop in chart.gaps(rows[0].views, [np.interp(rows[0].views, r.views, r.f) for r in rows], 4.0):
-        drawn.band(-90.0 if start <= -89.0 else start, 90.0 if stop >= 89.0 else stop)
-    if not any((r.all > 0.0).any() for r in rows):
-        drawn.words(_nothing(rows))
+    _draw(drawn, rows)
     for k, row in enumerate(rows):
         kind = step(k, len(rows))
         drawn.line(row.views, np.where(row.f > 0.0, row.f, np.nan), kind)
@@ -35,19 +33,14 @@ def of_slices(given: Sequence[dict[str, Any]], unit: str, title: str, across: bo
             drawn.points(views, f, kind, 2.6 if len(views) <= DENSE else 1.1, None if u is None else 2.0 * u)
         if not across:
             drawn.tick(row.theta, kind)
-    return figure(drawn.svg(), _caption(title, rows, across), _of_incidence(rows))
+    return figure(drawn.svg(), _caption(title, rows, across), of_incidence([row.theta for row in rows]))
 
 
 def of_polar(given: Sequence[dict[str, Any]], through: Sequence[dict[str, Any]], title: str) -> str:
     """The same with the viewing angle around."""
     rows, below = [Row(row) for row in given], [Row(row) for row in through]
-    axis = fitting(np.concatenate([r.all for r in [*rows, *below]]), "")
-    low, high = _ends(axis)
-    drawn = Polar(low, high, title, bool(below))
-    for start, stop in chart.gaps(rows[0].views, [np.interp(rows[0].views, r.views, r.f) for r in rows], 4.0):
-        drawn.wedge(-90.0 if start <= -89.0 else start, 90.0 if stop >= 89.0 else stop)
-    if not any((r.all > 0.0).any() for r in [*rows, *below]):
-        drawn.words(_nothing(rows))
+    drawn = Polar(*_ends(fitting(np.concatenate([r.all for r in [*rows, *below]]), "")), title, bool(below))
+    _draw(drawn, rows, below)
     for k, row in enumerate(rows):
         kind = step(k, len(rows))
         drawn.line(row.views, row.f, kind)
@@ -55,10 +48,20 @@ def of_polar(given: Sequence[dict[str, Any]], through: Sequence[dict[str, Any]],
             drawn.line(below[k].views, below[k].f, kind, through=True)
         if row.measured is not None:
             drawn.points(*row.measured[:2], kind, 2.2 if len(row.measured[0]) <= DENSE else 1.0)
-        drawn.light(row.theta, kind)
+        drawn.tick(row.theta, kind)
     where = "; below the line what passes to the other side" if below else ""
     caption = f"{title}. Radius: log f; light from the left, from the angle that the tick on the rim marks{where}."
-    return figure(drawn.svg(), caption, _of_incidence(rows))
+    return figure(drawn.svg(), caption, of_incidence([row.theta for row in rows]))
+
+
+def _draw(drawn: Chart | Polar, rows: Sequence[Row], below: Sequence[Row] = ()) -> None:
+    """What is behind curves: where there are no data; words where there is no curve."""
+    views = rows[0].views
+    for start, stop in chart.gaps(views, [np.interp(views, r.views, r.f) for r in rows], 4.0):
+        drawn.band(-90.0 if start <= -89.0 else start, 90.0 if stop >= 89.0 else stop)
+    if not any((r.all > 0.0).any() for r in [*rows, *below]):
+        is_known = any(np.isfinite(r.f).any() for r in rows)
+        drawn.words("f = 0 away from the mirror direction" if is_known else "no data in this plane")
 
 
 def _ends(axis: Axis) -> tuple[float, float]:
@@ -66,15 +69,6 @@ def _ends(axis: Axis) -> tuple[float, float]:
     if axis.log:
         return math.log10(axis.low) - 0.15, math.log10(axis.high)
     return math.log10(max(axis.high, 1e-30)) - 1.2, math.log10(max(axis.high, 1e-30)) + 0.05
-
-
-def _nothing(rows: Sequence[Row]) -> str:
-    known = any(np.isfinite(r.f).any() for r in rows)
-    return "f = 0 away from the mirror direction" if known else "no data in this plane"
-
-
-def _of_incidence(rows: Sequence[Row]) -> str:
-    return legend([(step(k, len(rows)), angle(row.theta)) for k, row in enumerate(rows)], "incidence θᵢ")
 
 
 def _caption(title: str, rows: Sequence[Row], across: bool) -> str:
@@ -171,9 +165,8 @@ def of_polarization(rows: Sequence[dict[str, Any]]) -> str:
     for k, row in enumerate(rows):
         drawn.line(row["views"], np.array(row["degree"], float), step(k, len(rows)))
         drawn.tick(row["theta_i"], step(k, len(rows)))
-    entries = [(step(k, len(rows)), angle(row["theta_i"])) for k, row in enumerate(rows)]
     caption = "Of light that arrives unpolarised and leaves in the plane of incidence. Ticks: mirror directions."
-    return figure(drawn.svg(), caption, legend(entries, "incidence θᵢ"))
+    return figure(drawn.svg(), caption, of_incidence([row["theta_i"] for row in rows]))
 
 
 def of_spectrum(given: dict[str, Any]) -> str:

@@ -50,7 +50,7 @@ class Polar:
         dots = [f"M{a:.1f} {b:.1f}h0" for a, b in zip(x, y, strict=True) if np.isfinite(a + b)]
         self.drawn.append(f'<path class="dots {kind}" style="stroke-width:{2.0 * radius:g}" d="{"".join(dots)}"/>')
 
-    def light(self, theta: float, kind: str) -> None:
+    def tick(self, theta: float, kind: str) -> None:
         """A mark where the light comes from."""
         s, c = math.sin(math.radians(-theta)), math.cos(math.radians(theta))
         ends = [(self.MIDDLE + r * s, self.foot - r * c) for r in (self.RADIUS - 12.0, self.RADIUS + 2.0)]
@@ -58,7 +58,7 @@ class Polar:
             f'<path class="tick {kind}" d="M{ends[0][0]:.1f} {ends[0][1]:.1f}L{ends[1][0]:.1f} {ends[1][1]:.1f}"/>'
         )
 
-    def wedge(self, start: float, stop: float) -> None:
+    def band(self, start: float, stop: float) -> None:
         """A range of angles without data."""
         a, b = (math.radians(x) for x in (start, stop))
         x, y, r = self.MIDDLE, self.foot, self.RADIUS

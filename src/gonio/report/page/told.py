@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from .chart import number
 
 
 def n(value: Any, digits: int = 4) -> str:
@@ -15,6 +17,16 @@ def n(value: Any, digits: int = 4) -> str:
     if value is None or not np.isfinite(value):
         return "–"
     return re.sub(r"e([-+])0*(\d)", lambda e: f"e{e[1].strip('+')}{e[2]}", f"{value:.{digits}g}") if value else "0"
+
+
+def angle(degrees: float, digits: int = 4) -> str:
+    """An angle in HTML, which the page can turn into radians."""
+    return f'<span data-deg="{degrees:.10g}">{number(float(f"{degrees:.{digits}g}"))}°</span>'
+
+
+def marked(text: str) -> str:
+    """Text as HTML, with the angles in it [degrees] as `angle` writes them."""
+    return re.sub(r"(-?\d+(?:\.\d+)?)°", lambda found: angle(float(found[1])), escape(text))
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 0, kind: str = "") -> str:
@@ -44,12 +56,16 @@ def reason(text: str) -> str:
     return f'<p class="reason">Not shown: {escape(text)}</p>'
 
 
-class Told:
-    """The contents and the pictures of one material."""
+class Told(NamedTuple):
+    """The contents and the pictures of one material, and the beginning of the ids of its sections."""
 
-    def __init__(self, one: dict[str, Any], pictures: dict[str, Any], key: str):
-        self.one, self.pictures, self.key = one, pictures, key
-        self.facts = one["facts"]
+    one: dict[str, Any]
+    pictures: dict[str, Any]
+    key: str
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        return self.one["facts"]
 
     def remarks(self, *names: str) -> str:
         """Reasons and warnings of parts."""

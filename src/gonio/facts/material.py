@@ -1,4 +1,4 @@
-"""Facts about a material and its file as JSON data, for `gonio info`."""
+"""Facts about a material and its file, as JSON data."""
 
 from __future__ import annotations
 
@@ -6,20 +6,23 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import direction, lattice_pairs
 from ..base.measured import Measured
+from ..base.provenance import size_of
 from ..base.reflectance import Reflectance
+from ..base.shown_channels import is_rgb, shown_as
 from ..catalogue import builtin
-from ..conversion.conversion import size_of
 from ..errors import MissingDataWarning, ToleranceWarning
 from ..evaluate import batch
 from ..formula.fields import Option, Param, Table
+from ..formula.parametrised import Parametrised
 from ..integrals.albedo import albedo, kept_albedo
 from ..integrals.photons import exchanged_in_words
 from ..tables.gridded import Gridded
@@ -48,15 +51,20 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     names = m.channel_names
     result["channels"] = m.channels or 1
     result["channel_names"] = list(names) if names is not None else list("RGB") if m.channels == 3 else None
+    places = batch.full_shape(m, ())
+    if places:
+        result["places"] = list(places)
+    if m.sides != "front":
+        result["sides"] = str(m.sides)
     result["has_delta"] = bool(m.has_delta)
     result["breaks"] = m.breaches()
     if m.exchanges:
         result["fluorescence"] = _fluorescence(m)
-    if computed and not batch.full_shape(m, ()):
+    if computed and not places:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MissingDataWarning)  # the facts say what is missing
             result |= _computed_facts(m)
-    return result | _settable_facts(m)
+    return result | settable(m)
 
 
 def _fluorescence(m: Reflectance) -> str:
@@ -76,20 +84,35 @@ def _computed_facts(m: Reflectance) -> dict[str, Any]:
         if m.stated_totals:
             result["stated_totals"] = _totals(m, m.stated_totals)
     if isinstance(m, Gridded):
-        result["uncertainty_of_albedo"] = {how: u.tolist() for how, u in _uncertainty_of_albedo(m, at)}
+        _, components = quoted(albedo, m, at)
+        result["uncertainty_of_albedo"] = {how: u.tolist() for how, u in components.items()}
     return result
 
 
-def _uncertainty_of_albedo(m: Gridded, at: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """The components of the uncertainty of albedos: by noise under each assumption, and by interpolation."""
+def albedos(m: Reflectance, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Albedos (N, C) of light from directions (N, 3), and of a table that states uncertainties theirs, of independent
+    errors."""
+    from ..uncertainty import with_uncertainty  # late: SciPy takes 0.4 s, and formulas need none
+    from ..uncertainty.table import has_uncertainty
+
+    if not (isinstance(m, Gridded) and has_uncertainty(m)):
+        return with_channels(albedo(m, wi, tolerance=1e-3), 1), None
+    found = with_uncertainty(albedo, m, wi, correlation="independent", tolerance=1e-3)
+    return with_channels(found.value, 1), with_channels(np.asarray(found.u), 1)
+
+
+def quoted(function: Callable[..., Any], m: Gridded, *args: Any) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """A result of a table, and the components of its standard uncertainty: by noise under each assumption, and by
+    interpolation."""
     from ..uncertainty import with_uncertainty
     from ..uncertainty.table import has_uncertainty
 
+    u = {}
     for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
-        found = with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3)
+        found = with_uncertainty(function, m, *args, correlation=how, tolerance=1e-3)
         if how:
-            yield how, found.u_noise
-    yield "interpolation", found.u_interpolation
+            u[how] = np.asarray(found.u_noise)
+    return np.asarray(found.value), {**u, "interpolation": np.asarray(found.u_interpolation)}
 
 
 def _totals(m: Reflectance, totals: Sequence[Any]) -> dict[str, Any]:
@@ -104,7 +127,8 @@ def _totals(m: Reflectance, totals: Sequence[Any]) -> dict[str, Any]:
     return {"theta_i": theta_i, "phi_i": phi_i, "stated": shares.tolist(), "integral": rho.tolist()}
 
 
-def _settable_facts(m: Reflectance) -> dict[str, Any]:
+def settable(m: Parametrised) -> dict[str, Any]:
+    """The parameters and the options of a material, or of a term of a formula, by path."""
     parameters, options = {}, {}
     for path, declared, value in m.settable():
         if isinstance(declared, Param) and path in m.parameters:
@@ -117,6 +141,13 @@ def _settable_facts(m: Reflectance) -> dict[str, Any]:
             choices = list(dict.fromkeys(declared.choices))
             options[path] = {"value": value, "choices": choices, "doc": declared.doc}
     return {"parameters": parameters, "options": options}
+
+
+def to_rgb(m: Reflectance) -> np.ndarray | None:
+    """Matrix (C, 3) that turns channels into linear sRGB; None for channels that are no colours."""
+    if (m.channels or 1) == 1:
+        return np.ones((1, 3)) if m.channel_names is None or isinstance(m.channel_names[0], str) else None
+    return np.eye(3) if is_rgb(m) else shown_as(m)
 
 
 def _file_facts(m: Measured) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Facts about the models, distributions and Fresnel terms, from their docstrings: for `gonio models` and the manual."""
+"""Facts about models, distributions, Fresnel terms and the pieces of a material, from their docstrings."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from ..base.reflectance import Reflectance
+from ..base.reflectance import Reflectance, Scaled, Sum
 from ..declared import discover
 from ..formula.distribution import Distribution
 from ..formula.fields import Field, Option, Param, Part, Wavelengths
@@ -101,3 +101,22 @@ def model_facts(name: str, heading: str, kind: type[Parametrised]) -> dict[str, 
 def every_model() -> list[dict[str, Any]]:
     """Facts about all classes, by heading and name."""
     return [model_facts(name, heading, kind) for heading, of in kinds().items() for name, kind in of.items()]
+
+
+def formulas(m: Reflectance) -> list[dict[str, str]]:
+    """What the docstrings of a material's classes say of each: formula, range of errors, source."""
+    found = []
+    for kind in dict.fromkeys(_pieces(m)):
+        parts = sections(kind)
+        told = {name.lower(): " ".join(parts.get(name, "").split()) for name in ("Units", "Error", "Source")}
+        found.append({"class": kind.__name__, "formula": parts.get("", "").strip(), **told})
+    return found
+
+
+def _pieces(m: Parametrised) -> Iterator[type[Parametrised]]:
+    """The classes of a material and of its pieces, without sums and products."""
+    if not isinstance(m, (Sum, Scaled)):
+        yield type(m)
+    for name in m.fields:
+        if isinstance(part := getattr(m, name), Parametrised):
+            yield from _pieces(part)
