@@ -7,13 +7,14 @@ its own grammar, with messages that name the line.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..tables.angle_systems import SYSTEMS
+from ..tables.rows import ROW_ANGLES
 from ._reading import plain_text
 
 HALVED = ("phi", "azimuth", "phi_d")
@@ -69,18 +70,20 @@ CHANNEL = Axis("channel")
 
 
 class Layout(NamedTuple):
-    """A table of a file.
+    """A table of a file: a grid, or rows with a column for each angle.
 
     system    of its angles, in `SYSTEMS`
-    axes      the file's words -> its axes, outermost first
+    axes      the file's words -> its axes, outermost first, or its columns
     turned    those of `axes` that are others where the sample was turned
     decimals  of written angles [degrees] that have another zero than gonio's
+    unit      of the angles of rows: "deg" or "rad"
     """
 
     system: str
     axes: Mapping[str, Axis]
     turned: Mapping[str, Axis] = MappingProxyType({})
     decimals: int = 9
+    unit: str = "deg"
 
     def of(self, oriented: bool) -> dict[str, Axis]:
         """The file's axes of isotropic or of other materials, outermost first."""
@@ -97,6 +100,11 @@ class Layout(NamedTuple):
         words = sorted(axes, key=lambda word: (axes[word].name == "channel", word not in grid))
         return [list(axes).index(word) for word in (*grid, *(word for word in words if word not in grid))]
 
+    def table(self, values: np.ndarray, oriented: bool) -> np.ndarray:
+        """Values (grid..., C, ...) of those with the file's axes."""
+        order = self.order(oriented)
+        return np.transpose(values, [*order, *range(len(order), values.ndim)])
+
     def read(
         self, angles: Mapping[str, Any], values: np.ndarray, half: bool = False, oriented: bool = False
     ) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
@@ -107,7 +115,7 @@ class Layout(NamedTuple):
         half      whether azimuths cover half of a circle, of which a table of a turned sample gets both
         oriented  whether the sample was turned
         """
-        values, grid, axes = np.transpose(values, self.order(oriented)), self.grid(oriented), {}
+        values, grid, axes = self.table(values, oriented), self.grid(oriented), {}
         if values.ndim > len(grid) + 1:
             values = values[(slice(None),) * len(grid) + (0,)]
         for k, (word, axis) in enumerate(grid.items()):
@@ -137,6 +145,35 @@ class Layout(NamedTuple):
         alone = {word: [axis.alone] for word, axis in self.of(oriented).items() if axis.name != "channel"}
         angles = {word: angles.get(word, nodes) for word, nodes in alone.items()}
         return angles, np.transpose(values, np.argsort(order))
+
+    def blocks(
+        self, nodes: Mapping[str, np.ndarray], rows: int = 1
+    ) -> Iterator[tuple[slice, tuple[np.ndarray, np.ndarray]]]:
+        """wi and wo (grid..., 3) at nodes [rad] by gonio's names, in the file's order, of so many nodes of its
+        outermost angle at a time; and which these are."""
+        names = [axis.name for axis in self.axes.values() if axis.name in nodes]
+        outermost, *others = (nodes[name] for name in names)
+        system = SYSTEMS[self.system]
+        for start in range(0, len(outermost), rows):
+            part = slice(start, start + rows)
+            grid = dict(zip(names, np.meshgrid(outermost[part], *others, indexing="ij"), strict=True))
+            yield part, system.pairs(*(grid[name] for name in system.axes(len(names) == len(system.oriented))))
+
+    def pairs(self, columns: np.ndarray) -> np.ndarray:
+        """theta_i, phi_i, theta_o, phi_o [rad] (n, 4) of rows of the file's angles; 0 where there is no column."""
+        names = [axis.name for axis in self.axes.values()]
+        whole = [columns[:, names.index(name)] if name in names else np.zeros(len(columns)) for name in ROW_ANGLES]
+        return np.radians(np.stack(whole, axis=1)) if self.unit == "deg" else np.stack(whole, axis=1)
+
+    def columns(self, pairs: np.ndarray) -> np.ndarray:
+        """The inverse: of degrees those with the fewest decimals."""
+        columns = plain_text.degrees(pairs) if self.unit == "deg" else pairs
+        return columns[:, [ROW_ANGLES.index(axis.name) for axis in self.axes.values()]]
+
+
+def columns(*words: str, unit: str = "deg") -> Layout:
+    """Rows whose columns are theta_i, phi_i, theta_o, phi_o, by the file's words."""
+    return Layout("angles", dict(zip(words, map(Axis, ROW_ANGLES), strict=True)), unit=unit)
 
 
 def whole(nodes: np.ndarray, values: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
