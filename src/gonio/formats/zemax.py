@@ -53,12 +53,11 @@ from ._optical.angle_tables import (
     IncidentAngles,
     Step,
     as_filed,
-    asked_or_usual,
     increasing,
-    on_grid,
     own_table,
     spectral,
     steps,
+    tabulated,
     totals,
     without_ground,
 )
@@ -235,6 +234,8 @@ def write(
     >>> print(gn.load("red.bsdf").channel_names)
     ('X', 'Y', 'Z')
     """
+    if azimuth is not None and azimuth[-1] <= 180.0:
+        azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
     angles = {"SampleRotation": rotation, "AngleOfIncidence": aoi, "ScatterAzimuth": azimuth, "ScatterRadial": radial}
     asked = Asked(angles, step, channel)
     sheet = as_filed(m, Sheet, asked)
@@ -256,29 +257,18 @@ def _one_kind(m: Reflectance, kind: str | None) -> tuple[Reflectance, str]:
 
 def _of_material(m: Reflectance, kind: str, asked: Asked) -> Sheet:
     layout = LAYOUTS[kind]
-    table, f = own_table(m, "specular", asked) or (None, None)
-    axes = _axes(m, layout, asked) if table is None else table.axes
-    _, f = spectral(m, on_grid(m, "specular", axes) if f is None else f, asked.channel)
+    axes, f, half = tabulated(layout, m, asked)
+    _, f = spectral(m, f, asked.channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
     if np.isnan(f).any():
         raise ParameterError(f"{m!r:.80}: has infinite values, which the format cannot hold; choose other angles")
-    half = table is not None and table.is_mirrored
     angles, values = layout.written(axes, f, half)
-    if table is None and len(axes) == 3:
+    if len(axes) == 3 and own_table(m, "specular", asked) is None:
         angles, values, half = _as_half(angles, values)
     symmetry = SYMMETRIES[2] if len(axes) == 4 else SYMMETRIES[0] if half else SYMMETRIES[1]
     sheet = Sheet(symmetry, angles, values, np.empty(0), kind=kind)
     _, tis = spectral(m, totals(m, angles["AngleOfIncidence"], sheet.turns()), asked.channel)
     return sheet._replace(tis=tis.transpose(2, 0, 1))
-
-
-def _axes(m: Reflectance, layout: Layout, asked: Asked) -> dict[str, np.ndarray]:
-    """Nodes [rad] about the mirror direction, azimuths of the whole circle."""
-    angles, oriented = asked_or_usual(layout, [m], asked)
-    azimuth = angles["ScatterAzimuth"]
-    if azimuth[-1] <= 180.0:
-        azimuth += [360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0]
-    return layout.nodes(angles, oriented)
 
 
 def _as_half(angles: dict[str, list[float]], values: np.ndarray) -> tuple[dict[str, list[float]], np.ndarray, bool]:

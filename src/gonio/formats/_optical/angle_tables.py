@@ -315,8 +315,10 @@ def asked_or_usual(layout: Layout, parts: Sequence[Reflectance], asked: Asked) -
     sample some 30; but if no step is asked for, the polar angles of a measurement are its own. Raises TooLargeError
     where so many angles do not fit into memory.
     """
-    turn = next(word for word, axis in layout.axes.items() if axis.name == "phi_i")
-    oriented = asked.angles[turn] is not None or not all(m.is_isotropic() for m in parts)
+    words = {axis.name: word for word, axis in layout.axes.items()}
+    oriented = asked.angles.get(words.get("phi_i", "")) is not None or not all(m.is_isotropic() for m in parts)
+    if oriented and "phi_i" not in words:
+        raise ParameterError(f"{parts[0]!r:.80}: is anisotropic, and the format holds isotropic materials only")
     step = USUAL if asked.step is None else asked.step
     fits(85.0 / step * (40.0 / step) * (180.0 / step) * (12 if oriented else 1), f"{step=}")
     count = max(4, 2 * round(90.0 / step))
@@ -324,13 +326,22 @@ def asked_or_usual(layout: Layout, parts: Sequence[Reflectance], asked: Asked) -
     half, turns = [*circle[: count // 2], 180.0], circle[:: max(1, round(count / 12))]
     own = own_nodes(parts[0]) if asked.step is None else {}
     polar = {name: plain_text.degrees(x).tolist() for name, x in own.items() if len(x) <= OWN}
-    lit = next(word for word, axis in layout.axes.items() if axis.name == "theta_i")
-    theta_i = asked.angles[lit] or polar.get("theta_i", steps(80.0, min(2.0 * step, 80.0)))
+    theta_i = asked.angles.get(words["theta_i"]) or polar.get("theta_i", steps(80.0, min(2.0 * step, 80.0)))
     theta_o = polar.get("theta_o", steps(85.0, step))
     usual = Angles(list(theta_i), theta_o, half, circle, turns, circle if oriented else half, step)
     axes = {word: axis for word, axis in layout.of(oriented).items() if axis.usual is not None}
-    angles = {word: list(asked.angles[word] or axis.usual(usual)) for word, axis in axes.items() if axis.usual}
-    return angles if oriented else {**angles, turn: [layout.axes[turn].alone]}, oriented
+    angles = {word: list(asked.angles.get(word) or axis.usual(usual)) for word, axis in axes.items() if axis.usual}
+    alone = {word: [axis.alone] for word, axis in axes.items() if axis.name == "phi_i" and not oriented}
+    return angles | alone, oriented
+
+
+def tabulated(layout: Layout, m: Reflectance, asked: Asked) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
+    """Axes [rad], f (grid..., C), and whether they are mirrored: of a measurement on such axes its own, where no angles
+    are asked for, else at `asked_or_usual` ones of the whole circle."""
+    if own := own_table(m, layout.system, asked):
+        return own[0].axes, own[1], own[0].is_mirrored
+    axes = layout.nodes(*asked_or_usual(layout, [m], asked))
+    return axes, on_grid(m, layout.system, axes), False
 
 
 def steps(last: float, step: float) -> list[float]:
