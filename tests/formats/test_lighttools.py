@@ -69,3 +69,14 @@ def test_lighttools_damaged(tmp_path, old, new, words):
     assert old in text
     with pytest.raises(FormatError, match=words):
         gn.load(file_of(tmp_path, text.replace(old, new, 1)))
+
+
+def test_parts_that_differ_in_isotropy_share_their_azimuths(tmp_path):
+    turned = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.2, 0.5), 0.5)
+    m = gn.Sheet(gn.Lambertian(0.3), turned, gn.Lambertian(0.1), gn.Lambertian(0.1))
+    gn.save(m, tmp_path / "a.bsdf", format="LightTools", step=30.0)
+    back = gn.load(tmp_path / "a.bsdf", side="both")
+    theta_i, theta_o, phi_i, phi_o = (x[1] for x in back.back.axes.values())
+    np.testing.assert_allclose(
+        back.back.f_angles(theta_i, phi_i, theta_o, phi_o), turned.f_angles(theta_i, phi_i, theta_o, phi_o)[None]
+    )

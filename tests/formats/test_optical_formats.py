@@ -88,7 +88,8 @@ def test_total_is_the_albedo():
 def test_writers_say_the_total_and_keep_the_angles_asked_for(tmp_path):
     zemax.write(gn.Lambertian(0.5), tmp_path / "a.bsdf", aoi=[0, 37.5], radial=[0, 10, 100], azimuth=[0, 45, 180])
     m = gn.load(tmp_path / "a.bsdf")
-    assert m.filed.incidence == [0.0, 37.5] and m.filed.azimuth == [0.0, 45.0, 180.0]
+    assert m.filed.angles["AngleOfIncidence"] == [0.0, 37.5]
+    assert m.filed.angles["ScatterAzimuth"] == [0.0, 45.0, 180.0]
     assert m.about["TIS"][0, 0] == pytest.approx([0.5, 0.5], abs=1e-3)
     speos.write(gn.Lambertian(0.5), tmp_path / "a.brdf", theta_i=[0, 30], theta_o=[0, 45, 90], phi=[0, 180])
     m = gn.load(tmp_path / "a.brdf")

@@ -151,18 +151,19 @@ def shape() -> Iterator[tuple[str, Callable[[], bool]]]:
 
 
 def format() -> Iterator[tuple[str, Callable[[], bool]]]:
-    file, other = WORK / "white.albedo", WORK / "white.csv"
-    file.write_text("ALBEDO TABLE\n450 = 0.98\n550 = 0.5\n")
-    yield "gn.load", lambda: gn.load(file).channel_names == (450.0, 550.0)
-    yield "nobody else's", lambda: [m.NAME for m in formats() if m.matches(file.read_bytes(), 32)] == ["albedo table"]
-    yield "f, albedo", lambda: bool(np.allclose(gn.albedo(gn.load(file), WI), [0.98, 0.5]))
-    yield "expression", lambda: gn.expression(f'0.5 * load("{file.as_posix()}")', files=True).f(WI, WO).shape == (2, 2)
+    file, other, again = WORK / "white.polar", WORK / "white.csv", WORK / "again.polar"
+    file.write_text("POLAR TABLE\nin 0 85\nout 0 40 90\nturn 0 180\n" + "0.1 0.1 0.1\n" * 4)
+    yield "gn.load", lambda: gn.load(file).is_mirrored
+    yield "gn.save", lambda: gn.save(gn.load(file), again) is None and gn.load(again) == gn.load(file)
+    yield "nobody else's", lambda: [m.NAME for m in formats() if m.matches(file.read_bytes(), 32)] == ["polar table"]
+    yield "f, albedo", lambda: bool(np.allclose(gn.albedo(gn.load(file), WI), 0.1 * np.pi, atol=1e-3))
+    yield "expression", lambda: gn.expression(f'0.5 * load("{file.as_posix()}")', files=True).f(WI, WO).shape == (2,)
     yield "check", lambda: gn.check(gn.load(file), laws=["energy"]).passed
-    yield "gonio info", lambda: "albedo table" in gonio("info", str(file))
-    yield "gonio formats", lambda: "albedo table" in gonio("formats") and "albedo table" in gonio("formats", "--json")
+    yield "gonio info", lambda: "polar table" in gonio("info", str(file))
+    yield "gonio formats", lambda: "polar table" in gonio("formats") and "polar table" in gonio("formats", "--json")
     yield "gonio convert", lambda: str(other) in gonio("convert", str(file), str(other))
-    yield "an unknown file", lambda: "albedo table (.albedo)" in refused(lambda: gn.load(__file__))
-    yield "its row", lambda: "\n| albedo table | .albedo | yes | no |" in page("formats.md")
+    yield "an unknown file", lambda: "polar table (.polar)" in refused(lambda: gn.load(__file__))
+    yield "its row", lambda: "\n| polar table | .polar | yes | yes |" in page("formats.md")
 
 
 def found(look: Callable[[], bool]) -> bool | str:

@@ -177,7 +177,7 @@ class Argument(NamedTuple):
 @functools.cache
 def arguments(function: Callable) -> dict[str, Argument]:
     """The declared arguments of a function, or of the constructor of a class, by name."""
-    signed = inspect.unwrap(vars(function)["__init__"] if isinstance(function, type) else function)
+    signed = inspect.unwrap(getattr(function, "__init__") if isinstance(function, type) else function)  # noqa: B009  (mypy: that of an instance)
     parameters = inspect.signature(function).parameters.values()
     found = [_argument(p, _kind(p.annotation, signed.__globals__)) for p in parameters]
     return {argument.name: argument for argument in found if argument is not None}

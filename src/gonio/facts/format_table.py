@@ -64,7 +64,7 @@ def _row(module: ModuleType) -> Format:
         _sampled(module),
         module.DESCRIPTION,
         getattr(module, "ORACLE", "nothing yet"),
-        getattr(module, "LAYOUT", ""),
+        getattr(module, "GRAMMAR", ""),
         options(module.read),
         options(module.write) if written else None,
     )

@@ -2,7 +2,9 @@
 
 A format's module has NAME, SUFFIXES, DESCRIPTION, `matches(head, size)`, `read(path)` and, where it can be written,
 `write(m, path)`. Their other parameters are options, declared in the signature (see `_options`). ORACLE says what the
-format was checked against. SHARED_SUFFIX = True: a suffix is another format's too, and saving needs `format`. A format
+format was checked against. A format that is read and written has LAYOUT, the axes of its tables, which one walker reads
+and writes, or NO_LAYOUT, in a line why none fits (see `_layout`). GRAMMAR says what is in a file, as Markdown, where no
+other text does. SHARED_SUFFIX = True: a suffix is another format's too, and saving needs `format`. A format
 whose files are folders has `matches_folder(path)` and `target(path)` (see `files`). TRANSMITS = True: it can hold
 transmission, or reflection of both sides (see `_sides`). FLUORESCES = True: it holds light that leaves at another
 wavelength than it arrived at, which others lose. A module is found by being in this folder. A format whose

@@ -18,6 +18,7 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..models.sheet import Sheet
 from ..tables.gridded import Gridded
+from . import _layout
 from ._reading import channel_words, plain_text
 from ._rows import direction_pairs
 from ._rows.pairs_of_material import Resolution, rows_of
@@ -29,7 +30,8 @@ DESCRIPTION = "rows of angles and BRDF with KEY value lines (ASTM E1392, Cornell
 ORACLE = "own generator only"
 TRANSMITS = True
 
-ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
+LAYOUT = _layout.columns("theta_i", "phi_i", "theta_s", "phi_s", unit="rad")
+ANGLES = tuple(LAYOUT.axes)
 
 _VARS = re.compile(r"^[ \t]*VARS[ \t](?=.*theta_i)(?=.*theta_s)", re.IGNORECASE | re.MULTILINE)
 
@@ -66,7 +68,7 @@ def read(path: Path, side: Side = None) -> Gridded | Sheet:
         raise FormatError(f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct it")
     angles = [rows[:, columns[name]] if name in columns else np.zeros(len(rows)) for name in ANGLES]
     channels = channel_words.of_names([names[k] for k in values])
-    pairs = direction_pairs.Pairs(np.stack(angles, axis=1), rows[:, values], channels=channels)
+    pairs = direction_pairs.Pairs(LAYOUT.pairs(np.stack(angles, axis=1)), rows[:, values], channels=channels)
     if len(channels) == 1 and isinstance(channels[0], str):
         about["channel"] = channels[0]
         pairs = pairs._replace(values=rows[:, values[0]], channels=None)
@@ -92,5 +94,5 @@ def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
     words = [(k, v) for k, v in about.items() if k.upper() not in ("VARS", "NUM_POINTS")]
     header = [f"{k} {v}\n" for k, v in words if re.fullmatch(r"\S+", k) and "\n" not in v]
     header.append(f"NUM_POINTS {len(pairs.angles)}\nVARS {','.join([*ANGLES, *names])}\n")
-    rows = np.concatenate([pairs.angles, pairs.columns()], axis=1)
+    rows = np.concatenate([LAYOUT.columns(pairs.angles), pairs.columns()], axis=1)
     plain_text.write(path, header, rows, ",")

@@ -19,8 +19,8 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
-from . import open_material
-from ._reading import channel_words, json_text, plain_text
+from . import _layout, open_material
+from ._reading import channel_words, json_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
 from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of
 
@@ -31,7 +31,8 @@ DESCRIPTION = "EMPIR BiRD's universal BRDF file: rows with uncertainty, waveleng
 ORACLE = "published schema and example; own generator"
 
 SCHEMA = "https://raw.githubusercontent.com/BiRD-project/BiRD_view/master/BRDF_JSON_schema/brdf_json_schema_v1.0.json"
-ANGLES = ("theta_i", "phi_i", "theta_r", "phi_r")
+LAYOUT = _layout.columns("theta_i", "phi_i", "theta_r", "phi_r")
+ANGLES = tuple(LAYOUT.axes)
 COLUMNS = (*ANGLES, "BRDF", "uBRDF", "wavelength_i", "polarization_i")
 UNITS = {
     **{f"angle {u}": np.pi / 180.0 for u in ("°", "deg", "degree", "degrees")},
@@ -224,8 +225,8 @@ def write(
         data["wavelength_i"] = {"unit": "nm", "values": nm[channel].tolist()}
     if about.get("polarization_i") in ("s", "p", "u"):
         data["polarization_i"] = {"notation": "sp", "values": [about["polarization_i"]] * len(row)}
-    for name, column in zip(ANGLES, plain_text.degrees(pairs.angles).T, strict=True):
-        data[name] = {"unit": "deg", "values": column[row].tolist()}
+    for name, column in zip(ANGLES, LAYOUT.columns(pairs.angles).T, strict=True):
+        data[name] = {"unit": LAYOUT.unit, "values": column[row].tolist()}
     data["BRDF"] = {"unit": "sr^-1", "values": f[finite].tolist()}
     if pairs.uncertainty is not None:
         data["uBRDF"] = {"unit": "sr^-1", "values": pairs.uncertainty.reshape(f.shape)[finite].tolist()}

@@ -31,6 +31,7 @@ SHARED_SUFFIX = True
 FLUORESCES = True
 DESCRIPTION = "fluorescent pictures: Donaldson's matrix of each pixel (Fichet et al. 2021)"
 ORACLE = "one real file (colour-science)"
+NO_LAYOUT = "pixels of matrices by wavelength, no angles"
 
 START = b"v/1\x01"
 PREFIXES = {"Y": 24, "Z": 21, "E": 18, "P": 15, "T": 12, "G": 9, "M": 6, "k": 3, "h": 2, "da": 1, "": 0}

@@ -17,6 +17,7 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
+from . import _layout
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
 from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of
@@ -27,7 +28,8 @@ SHARED_SUFFIX = True
 DESCRIPTION = "reflectance factors by source and viewer, a column per wavelength"
 ORACLE = "real file (UA Remote Sensing Group); NIST's PTFE for the azimuths"
 
-NAMES = ["src_z", "src_a", "view_z", "view_a"]
+LAYOUT = _layout.columns("src_z", "src_a", "view_z", "view_a")
+NAMES = [*LAYOUT.axes]
 _WAVELENGTH = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(nm|um|µm|μm)?", re.IGNORECASE)
 
 
@@ -51,7 +53,7 @@ def read(path: Path) -> Gridded:
     rows = lines.rows(4 + len(nm), expected="numbers: four angles and a reflectance factor per wavelength")
     if not len(rows):
         raise lines.cut_short("rows of numbers")
-    angles = upright(np.radians(rows[:, :4]), str(path), LEVEL)
+    angles = upright(LAYOUT.pairs(rows[:, :4]), str(path), LEVEL)
     pairs = Pairs(angles, rows[:, 4:], "reflectance factor", channels=tuple(nm))
     return material(pairs, str(path), {"text": text})
 
@@ -84,5 +86,5 @@ def write(
     text = getattr(m, "about", {}).get("text")
     text = text if isinstance(text, list) and text else [f"BRF values of {m!r:.200}"]
     names = "\t".join([*NAMES, *map(channel_words.name_of, nm)])
-    rows = np.concatenate([plain_text.degrees(pairs.angles), values], axis=1)
+    rows = np.concatenate([LAYOUT.columns(pairs.angles), values], axis=1)
     plain_text.write(path, (f"{line}\n" for line in (*text, names)), rows, "\t")

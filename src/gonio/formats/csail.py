@@ -18,12 +18,14 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
 from ..declared.arguments import ABOVE_ZERO, Declared
 from ..errors import FormatError, ParameterError
 from ..formula.fields import Ours, kept
 from ..formula.state import note
-from ..tables.angle_systems import angle_system
+from ..tables.angle_systems import SYSTEMS
+from ._layout import CHANNEL, Axis, Layout
 from ._reading import large_tables
 from ._reading.large_tables import Unscanned, expect_channels, numbers
 
@@ -36,6 +38,7 @@ ORACLE = "own generator only"
 COUNT = 16
 HEADER = 4 * COUNT
 RESOLUTION = (45, 45, 90, 36)
+LAYOUT = Layout("relative", {"plane": CHANNEL, **{name: Axis(name) for name in SYSTEMS["relative"].oriented}})
 
 
 class CSAIL(Unscanned):
@@ -66,7 +69,7 @@ class CSAIL(Unscanned):
         raw, header, scale = kept(raw), kept(header), float(scale)
         half = bool(header[9])
         self._hold(raw=raw, header=header, scale=scale)
-        stored = np.moveaxis(raw, 0, -1)
+        stored = LAYOUT.table(raw, True)
         if half:
             stored = np.concatenate([stored, stored[:, :, ::-1]], axis=2)
         axes, about = _centres(raw.shape[1:], half), {"half": half, "scale": scale}
@@ -151,9 +154,7 @@ def _tabulated(m: Reflectance, resolution: Sequence[int]) -> tuple[np.ndarray, n
     header = np.zeros(COUNT, "<i4")
     header[[0, 1, 2, 3, 6, 10]] = *resolution, 1, 3
     raw = np.empty((3, *resolution), "<f4")
-    first, *others = _centres(resolution, False).values()
-    for i, theta_i in enumerate(first):
-        wi, wo = angle_system("relative").pairs(theta_i, *np.meshgrid(*others, indexing="ij"))
-        f = m.f(np.broadcast_to(wi, wo.shape), wo).reshape(*resolution[1:], -1)
-        raw[:, i] = np.moveaxis(np.where((f >= 0.0) & (f < np.inf), f, -1.0), -1, 0)
+    for part, pairs in LAYOUT.blocks(_centres(resolution, False)):
+        f = with_channels(m.f(*pairs), 4)
+        raw[:, part] = np.moveaxis(np.where((f >= 0.0) & (f < np.inf), f, -1.0), -1, 0)
     return header, raw

@@ -20,7 +20,7 @@ import os
 from array import array
 from collections.abc import Iterator, Sequence
 from itertools import groupby
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -29,14 +29,17 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
+from ._layout import Axis, Layout
 from ._optical.angle_tables import (
+    Asked,
     Channel,
+    Filing,
     IncidentAngles,
     OutgoingAngles,
     Step,
     as_filed,
+    asked_or_usual,
     channel_named,
-    default_angles,
     from_rows,
     own_table,
     values_at,
@@ -51,6 +54,19 @@ ORACLE = "real file (University of Arizona), its raw data and its Zemax file"
 
 FIRST = "type bsdf_data"
 WORDS = {"angles": "deg", "bsdf": "value", "scale": "1"}
+
+
+LAYOUT = Layout(
+    "angles",
+    {
+        "theta_i": Axis("theta_i", usual=lambda usual: usual.theta_i),
+        "phi_i": Axis("phi_i", 180.0, usual=lambda usual: usual.turns),
+        "theta_s": Axis("theta_o", usual=lambda usual: usual.theta_o),
+        "phi_s": Axis("phi_o", usual=lambda usual: usual.side),  # of models phi_s - phi_i
+    },
+)
+TRAVELS = LAYOUT.axes["phi_i"].shift
+"""From where light comes from to where it goes, and back [degrees]."""
 
 
 class Sheet(NamedTuple):
@@ -90,7 +106,7 @@ def read(path: str | os.PathLike) -> Gridded:
     if not ((theta_i >= 0.0) & (theta_i <= 90.0) & (theta_s >= 0.0) & (theta_s <= 90.0)).all():
         raise FormatError(f"{path}: polar angles beyond 0 to 90 degrees, expected reflection only")
     about = {"format": words, "scale": scale}
-    return from_rows(theta_i, phi_i + 180.0, theta_s, phi_s, f, path=str(path), about=about, filed=sheet)
+    return from_rows(theta_i, phi_i + TRAVELS, theta_s, phi_s, f, path=str(path), about=about, filed=Filing(sheet))
 
 
 def _rows(lines: plain_text.Lines) -> np.ndarray:
@@ -135,9 +151,8 @@ def write(
     >>> print(gn.load("white.fred").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
-    asked = (theta_i, theta_o, phi, phi_i)
-    sheet = as_filed(m, Sheet, *asked, step, channel) or Sheet(WORDS, _tabulated(m, asked, step, channel))
-    plain_text.write(path, _lines(sheet))
+    asked = Asked({"theta_i": theta_i, "phi_i": phi_i, "theta_s": theta_o, "phi_s": phi}, step, channel)
+    plain_text.write(path, _lines(as_filed(m, Sheet, asked) or Sheet(WORDS, _tabulated(m, asked))))
 
 
 def _lines(sheet: Sheet) -> Iterator[str]:
@@ -146,32 +161,24 @@ def _lines(sheet: Sheet) -> Iterator[str]:
         yield from plain_text.join([incidence, *(row[2:] for row in rows)], "\t")
 
 
-def _tabulated(m: Reflectance, asked: tuple, step: float | None, channel: Any) -> np.ndarray:
+def _tabulated(m: Reflectance, asked: Asked) -> np.ndarray:
     """Rows of a file."""
-    if measured := own_table(m, "angles", (*asked, step)):
+    if measured := own_table(m, "angles", asked):
         table, f = measured
         angles = [plain_text.degrees(x) for x in table.axes.values()]
         angles, f = (angles, f) if len(angles) == 4 else ([*angles[:2], np.zeros(1), angles[2]], f[:, :, None])
         incidence, polar, light, away = np.meshgrid(*angles, indexing="ij")
         if not table.is_oriented():
             light, away = light + 180.0, 180.0 - away if table.is_mirrored else away + 180.0
-        angles = [incidence, light + 180.0, polar, away]
+        angles = [incidence, light + TRAVELS, polar, away]
     else:
-        theta_i, theta_o, phi, phi_i = asked
-        isotropic = phi_i is None and m.is_isotropic()
-        usual = default_angles(m, step, not isotropic)
-        grid = [
-            theta_i or usual.theta_i,
-            phi_i or ([0.0] if isotropic else usual.turns),
-            theta_o or usual.theta_o,
-            phi or (usual.half if isotropic else usual.circle),
-        ]
-        incidence, light, polar, away = np.meshgrid(*grid, indexing="ij")
+        grid, _ = asked_or_usual(LAYOUT, [m], asked)
+        incidence, light, polar, away = np.meshgrid(*grid.values(), indexing="ij")
         away = away + light
         angles = [incidence, light, polar, away]
-        wi = direction(np.radians(incidence), np.radians(light + 180.0))
+        wi = direction(np.radians(incidence), np.radians(light + TRAVELS))
         f = values_at(m, wi, direction(np.radians(polar), np.radians(away)))
-    names, f = channel_named(m, f, channel)
+    names, f = channel_named(m, f, asked.channel)
     if len(names) > 1:
         raise ParameterError(f"{m!r:.80}: has channels {names!r:.80}, and FRED's table has one; choose it: channel=")
     return _sorted(angles, f)

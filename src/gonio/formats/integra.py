@@ -32,6 +32,7 @@ from ..tables.angle_systems import SYSTEMS
 from ..tables.axes import fits
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named, own_nodes
+from ._layout import CHANNEL, Axis, Layout
 from ._optical.angle_tables import as_lit
 from ._reading import plain_text
 from ._rows import libbsdf_grids
@@ -46,7 +47,18 @@ TRANSMITS = True
 SYMMETRIES = ("axisymmetrical", "dirsymmetrical", "planesymmetrical", "asymmetrical")
 QUANTITIES = {"luminance": "reflectance factor", "intensity": "brdf * cos(theta_o)"}
 CHANNELS = {"bw": "BW", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue": "B", "wl": ""}
-LISTS = ("psi", "sigma", "sigmat", "phi", "theta")
+LAYOUT = Layout(
+    "specular",
+    {
+        "psi": Axis("phi_i"),
+        "sigma": Axis("theta_i"),
+        "phi": Axis("azimuth", 180.0, around=True),
+        "theta": Axis("radial"),
+        "channel": CHANNEL,
+    },
+    decimals=10,
+)
+ANGLES = tuple(word for word in LAYOUT.axes if word != "channel")
 GRAZING = 0.01
 """Cosine of the direction that a node below the horizon has its f from: nearer to it some measurements have no end."""
 
@@ -104,7 +116,7 @@ def read(path: Path) -> Gridded | Sheet:
     """
     words = _Words(path)
     header, lists, about = _header(words)
-    shape = tuple(len(lists[name]) for name in ("psi", "sigma", "phi", "theta"))
+    shape = tuple(len(lists[name]) for name in ANGLES)
     blocks = []
     while (word := words.next()) is not None:
         if word.lower() not in CHANNELS:
@@ -135,7 +147,7 @@ def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[
                 header["count"] = words.take("the number of wavelengths")
         elif key == "typedata":
             header["data"], header["scale"] = words.one_of(*QUANTITIES), words.one_of("absolute", "relative")
-        elif key in LISTS:
+        elif key in (*ANGLES, "sigmat"):
             if key in lists:
                 raise words.lines.fault(word, "each list once")
             count = words.take("a length") if key != "sigmat" else str(len(lists.get("sigma", ())))
@@ -146,7 +158,7 @@ def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[
     lists.setdefault("psi", np.zeros(1))
     if header["symmetry"] == "axisymmetrical":
         lists.setdefault("phi", np.zeros(1))
-    for name in ("psi", "sigma", "phi", "theta"):
+    for name in ANGLES:
         if not len(lists.get(name, ())) or not (np.diff(lists[name]) > 0.0).all():
             raise words.lines.fault(word, f"a list {name} of rising angles before it")
     return header, lists, about
@@ -186,19 +198,9 @@ def _material(
     names = [name for name, *_ in blocks]
     channels = _channels(lines, header, names)
     values, kbdf = (np.stack([blocks[names.index(c)][k] for c in channels], axis=-1) for k in (1, 2))
-    mirrored, oriented = header["symmetry"] == "planesymmetrical", len(lists["psi"]) > 1 or lists["psi"].any()
-    relative, phi = header["scale"] == "relative", lists["phi"]
+    relative, oriented = header["scale"] == "relative", len(lists["psi"]) > 1 or bool(lists["psi"].any())
     values = values if relative else values * kbdf[:, :, None, None]
-    values = values.transpose(1, 3, 2, 0, 4)  # sigma, theta, phi, psi
-    if mirrored and oriented:
-        phi, values = libbsdf_grids.expand(phi, values, 2)
-        mirrored = False
-    azimuth, values = libbsdf_grids.azimuths(phi, values, 2, mirrored)
-    axes = {"theta_i": np.radians(lists["sigma"]), "radial": np.radians(lists["theta"]), "azimuth": azimuth}
-    if oriented:
-        axes["phi_i"] = np.radians(lists["psi"])
-    else:
-        values = values[:, :, :, 0]
+    axes, values, mirrored = LAYOUT.read(lists, values, header["symmetry"] == "planesymmetrical", oriented)
     gray = channels == ["BW"]
     values = np.ascontiguousarray(values[..., 0] if gray else values)
     options: dict[str, Any] = {"quantity": QUANTITIES[header["data"]], "path": lines.path, "about": about}
@@ -275,22 +277,19 @@ def write(
 
 def _lines(table: Gridded, values: np.ndarray, colour: str, heads: list[str]) -> Iterator[str]:
     """The lines of a file; `heads` are the first words of the channels."""
-    oriented, mirrored = "phi_i" in table.axes, table.is_mirrored
     values = values if table.channel_names is not None else values[..., None]
-    values = values if oriented else values[:, :, :, None]
-    phi, values = libbsdf_grids.degrees(table.axes["azimuth"], values, 2, mirrored)
+    angles, values = LAYOUT.written(table.axes, values, table.is_mirrored)
     source = next(iter(str(table.about.get("Source", "")).split()), "Measured")
-    symmetry = "PlaneSymmetrical" if mirrored else "ASymmetrical" + " 4D" * oriented
+    symmetry = "PlaneSymmetrical" if table.is_mirrored else "ASymmetrical" + " 4D" * table.is_oriented()
     data = "Intensity" if table.quantity == QUANTITIES["intensity"] else "Luminance"
     yield f"Source {source}\nTypeSym {symmetry}\nTypeColorModel {colour}\nTypeData {data} Absolute\n"
-    for name, axis in {"psi": "phi_i", "sigma": "theta_i", "phi": "azimuth", "theta": "radial"}.items():
-        if axis in table.axes:
-            nodes = phi if name == "phi" else plain_text.degrees(table.axes[axis])
+    for name, nodes in angles.items():
+        if name != "psi" or table.is_oriented():
             yield f"{name} {len(nodes)}\n{' '.join(map(plain_text.number, nodes))}\n"
-    for head, block in zip(heads, values.T, strict=True):  # psi, phi, theta, sigma
-        ones = " ".join(["1"] * (block.shape[0] * block.shape[3]))
+    for k, head in enumerate(heads):
+        ones = " ".join(["1"] * math.prod(values.shape[:2]))
         yield f"{head}\nkbdf\n{ones}\ndef\n"
-        yield from plain_text.join(block.transpose(0, 3, 1, 2).reshape(-1, block.shape[2]))
+        yield from plain_text.join(values[..., k].reshape(-1, values.shape[3]))
         yield "enddef\n"
 
 

@@ -22,9 +22,9 @@ from ..evaluate import batch
 from ..formula.fields import kept
 from ..formula.state import Held, note
 from ..polarization import to_frames
-from ..tables.angle_systems import angle_system
 from ..tables.nodes import above, f_at
 from ..tables.polarimetric import KEPT, Polarimetric
+from ._layout import CHANNEL, Axis, Layout
 from ._reading import tensor_file
 from ._reading.large_tables import Unscanned
 from ._reading.tensor_file import Kept, expect
@@ -39,6 +39,7 @@ ORACLE = "Mitsuba `measured_polarized`, on own files"
 
 ENDS = {"theta_h": (0.0, 0.5), "theta_d": (0.0, 0.5), "phi_d": (-1.0, 1.0)}
 """First and last node of each axis [pi rad]."""
+LAYOUT = Layout("half_difference", {**{name: Axis(name) for name in reversed(ENDS)}, "wvls": CHANNEL})
 AXES = tuple(ENDS)
 WAVELENGTHS = (450, 500, 550, 600, 650)
 RESOLUTION = (91, 46, 73)
@@ -91,7 +92,7 @@ class KAIST(Polarimetric, Unscanned):
                 f"{', '.join(empty)} empty in the file, taken as even from end to end, as Mitsuba takes all"
             )
         self._hold(fields_stored=stored)
-        f = _first_elements(M).transpose(2, 1, 0, 3)
+        f = LAYOUT.table(_first_elements(M), False)
         try:
             super().__init__("half_difference", nodes, f, tuple(wavelengths.tolist()), path, about)
         except ParameterError as error:
@@ -103,7 +104,7 @@ class KAIST(Polarimetric, Unscanned):
         return tensor_file.as_array(self.fields_stored["M"])
 
     def facet_matrices(self) -> np.ndarray:
-        return self.matrices.transpose(2, 1, 0, 3, 4, 5)
+        return LAYOUT.table(self.matrices, False)
 
     @property
     def data(self) -> xarray.Dataset:
@@ -181,12 +182,10 @@ def _tabulated(m: Reflectance, resolution: Sequence[int]) -> dict[str, np.ndarra
     axes = [np.linspace(a, b, n, dtype="f4") * np.float32(np.pi) for (a, b), n in ends]
     wavelengths = np.array(names if spectral else WAVELENGTHS, "u2")
     M = np.zeros((*resolution[::-1], len(wavelengths), 4, 4), "f4")
-    theta_d, theta_h = np.meshgrid(axes[1].astype(float), axes[0].astype(float), indexing="ij")
-    for k, phi_d in enumerate(axes[2].astype(float)):
-        wi, wo = angle_system("half_difference").pairs(theta_h, theta_d, phi_d + 0.0 * theta_h)
+    for part, (wi, wo) in LAYOUT.blocks({name: x.astype(float) for name, x in zip(AXES, axes, strict=True)}):
         if m.polarizes:
             facet = to_frames(m.mueller(wi, wo), wi, wo, "facet")
-            M[k] = facet if facet.ndim == 5 else facet[:, :, None]
-        M[k][~above(wi, wo)] = np.nan
-        M[k, ..., 0, 0] = with_channels(f_at(m, wi, wo), 2)
+            M[part] = facet if facet.ndim == 6 else facet[:, :, :, None]
+        M[part][~above(wi, wo)] = np.nan
+        M[part, ..., 0, 0] = with_channels(f_at(m, wi, wo), 3)
     return {**{n: x[None] for n, x in zip(AXES, axes, strict=True)}, "wvls": wavelengths, "M": M}

@@ -23,7 +23,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -34,15 +34,18 @@ from ..errors import FormatError, ParameterError
 from ..formula.text import shown
 from ..models import sheet
 from ..models._quarters import quarters
+from ._layout import CHANNEL, Axis, Layout
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
+    Asked,
     Channel,
     Filed,
+    Filing,
     IncidentAngles,
     OutgoingAngles,
     Step,
     as_filed,
-    default_angles,
+    asked_or_usual,
     increasing,
     mirrored_x,
     on_grid,
@@ -60,11 +63,24 @@ DESCRIPTION = "LightTools' BSDF: by angles of wo, for each direction of incidenc
 ORACLE = "own generator, written from libbsdf's reader"
 
 TRANSMITS = True
-LISTS = ("ScatterAzimuth", "ScatterRadial")
 TRISTIMULUS = {"trisx": 0, "trisy": 1, "trisz": 2}
 KEYS = ("aoi", "poi", "side", "wavelength", "scattertype", "tristimulusvalue", "tis")
 LIGHT = 90.0
 """Azimuth [degrees] of the light in files of isotropic materials."""
+
+LAYOUT = Layout(
+    "angles",
+    {
+        "AOI": Axis("theta_i", usual=lambda usual: usual.theta_i),
+        "POI": Axis("phi_i", alone=LIGHT, usual=lambda usual: usual.turns),
+        "channel": CHANNEL,
+        "ScatterAzimuth": Axis("phi", -LIGHT, bounds=(-360.0, 720.0), usual=lambda usual: usual.side),
+        "ScatterRadial": Axis("theta_o", bounds=(0.0, 90.0), usual=lambda usual: usual.to_grazing()),
+    },
+    turned={"ScatterAzimuth": Axis("phi_o", usual=lambda usual: usual.side)},
+)
+LISTS = {word: axis.bounds for word, axis in LAYOUT.axes.items() if word.startswith("Scatter")}
+"""Those that all tables share."""
 
 
 class Block(NamedTuple):
@@ -81,12 +97,11 @@ class Block(NamedTuple):
 
 
 class Sheet(NamedTuple):
-    """A file; angles in degrees."""
+    """A file; `angles` of `LISTS` [degrees]."""
 
     symmetry: str
     content: str
-    azimuth: list[float]
-    radial: list[float]
+    angles: dict[str, list[float]]
     blocks: tuple[Block, ...]
     comments: tuple[str, ...] = ()
 
@@ -117,7 +132,7 @@ def read(path: str | os.PathLike, side: Side = None) -> Filed | sheet.Sheet:
 def _material(path: Path, sheet: Sheet, quarter: str, blocks: list[Block], read: tuple[str, ...]) -> Filed:
     """The table of a quarter of a `Sheet`, as seen from its own side."""
     theta_i, phi_i, channels = (sorted(set(x)) for x in zip(*(_place(b, sheet) for b in blocks), strict=True))
-    grid = np.full((len(theta_i), len(phi_i), len(channels), len(sheet.azimuth), len(sheet.radial)), np.nan)
+    grid = np.full((len(theta_i), len(phi_i), len(channels), *map(len, sheet.angles.values())), np.nan)
     tis = np.empty(grid.shape[:3])
     for b in blocks:
         at = tuple(nodes.index(x) for nodes, x in zip((theta_i, phi_i, channels), _place(b, sheet), strict=True))
@@ -126,7 +141,8 @@ def _material(path: Path, sheet: Sheet, quarter: str, blocks: list[Block], read:
         grid[at], tis[at] = b.values, b.tis
     if len(blocks) != tis.size:
         raise FormatError(f"{path}: {len(blocks)} tables, expected one for each AOI, POI and channel: {tis.shape}")
-    axes, values, half = _as_axes(sheet, theta_i, phi_i, grid)
+    half, angles = sheet.symmetry.lower() == "planesymmetrical", {"AOI": theta_i, "POI": phi_i, **sheet.angles}
+    axes, values, half = LAYOUT.read(angles, grid, half, len(phi_i) > 1)
     axes, values, tis = _turned(quarter, axes, values, tis, half)
     names: tuple[str | float, ...] | None = None if channels == [0.0] else tuple(channels)
     if sheet.content == "XYZ":
@@ -138,7 +154,7 @@ def _material(path: Path, sheet: Sheet, quarter: str, blocks: list[Block], read:
     totals = [Total(*wi, tuple(x)) for wi, x in zip(incidence, tis.reshape(-1, len(channels)).tolist(), strict=True)]
     return Filed(
         "angles", axes, f, channels=names, mirrored=half, path=str(path), about=about,
-        filed=sheet, filed_as=(quarter,), filed_with=read, stated_totals=totals,
+        filed=Filing(sheet, (quarter,), read), stated_totals=totals,
     )  # fmt: skip
 
 
@@ -165,26 +181,6 @@ def _place(block: Block, sheet: Sheet) -> tuple[float, float, float]:
     return theta_i, block.poi, TRISTIMULUS[block.tristimulus.lower()] if colour else block.wavelength
 
 
-def _as_axes(
-    sheet: Sheet, theta_i: list[float], phi_i: list[float], grid: np.ndarray
-) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
-    """Axes [rad] of a `Gridded`, values with the channel last, and whether they are mirrored."""
-    azimuth, half = np.array(sheet.azimuth), False
-    axes: dict[str, Any] = {"theta_i": theta_i, "theta_o": sheet.radial}
-    if len(phi_i) > 1:
-        axes |= {"phi_i": phi_i, "phi_o": azimuth}
-        values = grid.transpose(0, 4, 1, 3, 2)
-    else:
-        phi = azimuth - LIGHT
-        values = grid[:, 0].transpose(0, 3, 2, 1)
-        if sheet.symmetry.lower() == "planesymmetrical":
-            half = True
-            if phi[0] >= 180.0 or phi[-1] <= 0.0:
-                phi, values = (360.0 if phi[0] >= 180.0 else 0.0) - phi[::-1], values[:, :, ::-1]
-        axes["phi"] = phi
-    return {name: np.radians(x) for name, x in axes.items()}, values, half
-
-
 def _sheet(path: Path) -> Sheet:
     lines, comments = bsdf_text.opened(path)
     words, angles = bsdf_text.header(lines, LISTS, ("databegin",))
@@ -192,9 +188,10 @@ def _sheet(path: Path) -> Sheet:
         raise lines.cut_short("DataBegin")
     symmetry = bsdf_text.one_of(lines, words, "symmetry", ("PlaneSymmetrical", "Asymmetric", "Asymmetrical"))
     content = bsdf_text.one_of(lines, words, "spectralcontent", ("Monochrome", "XYZ"))
-    azimuth, radial = (angles.get(name, []) for name in LISTS)
-    increasing(path, LISTS[0], azimuth, -360.0, 720.0)
-    increasing(path, LISTS[1], radial, 0.0, 90.0)
+    angles = {name: angles.get(name, []) for name in LISTS}
+    for name, bounds in LISTS.items():
+        increasing(path, name, angles[name], *bounds)
+    azimuth = angles["ScatterAzimuth"]
     if symmetry == "PlaneSymmetrical" and not any(
         low <= azimuth[0] and azimuth[-1] <= low + 180.0 for low in (-LIGHT, LIGHT, LIGHT + 180.0)
     ):
@@ -202,11 +199,11 @@ def _sheet(path: Path) -> Sheet:
             f"{path}: PlaneSymmetrical, with azimuths from {azimuth[0]:g} to {azimuth[-1]:g}, expected one side of the "
             f"plane that light comes from at {LIGHT:g} degrees: -90 to 90, or 90 to 270"
         )
-    blocks = tuple(_blocks(lines, content, len(azimuth), len(radial)))
-    return Sheet(words["symmetry"], content, azimuth, radial, blocks, comments)
+    blocks = tuple(_blocks(lines, content, tuple(map(len, angles.values()))))
+    return Sheet(words["symmetry"], content, angles, blocks, comments)
 
 
-def _blocks(lines: plain_text.Lines, content: str, azimuths: int, radials: int) -> Iterator[Block]:
+def _blocks(lines: plain_text.Lines, content: str, shape: tuple[int, ...]) -> Iterator[Block]:
     words: dict[str, str] = {}
     for line in lines:
         key, rest = bsdf_text.key_and_words(line)
@@ -218,13 +215,13 @@ def _blocks(lines: plain_text.Lines, content: str, azimuths: int, radials: int) 
             raise lines.fault(line, f"one of {', '.join(KEYS)} and its value")
         words[key] = rest[0]
         if key == "tis":
-            yield _block(lines, words, content, azimuths, radials)
+            yield _block(lines, words, content, shape)
             words = {}
     if words:
         raise lines.cut_short("TIS and a table")
 
 
-def _block(lines: plain_text.Lines, words: dict[str, str], content: str, azimuths: int, radials: int) -> Block:
+def _block(lines: plain_text.Lines, words: dict[str, str], content: str, shape: tuple[int, ...]) -> Block:
     side, kind = words.get("side", "Front"), words.get("scattertype", "")
     tristimulus = words.get("tristimulusvalue", "")
     if kind.lower() not in ("brdf", "btdf"):
@@ -237,7 +234,7 @@ def _block(lines: plain_text.Lines, words: dict[str, str], content: str, azimuth
     if not 0.0 <= aoi <= 180.0:
         raise lines.fault(words["aoi"], "AOI from 0 to 180 degrees")
     poi, wavelength, tis = (lines.float(words.get(key, "0")) for key in ("poi", "wavelength", "tis"))
-    return Block(aoi, poi, side, wavelength, kind, tristimulus, tis, bsdf_text.table(lines, azimuths, radials))
+    return Block(aoi, poi, side, wavelength, kind, tristimulus, tis, bsdf_text.table(lines, *shape))
 
 
 def write(
@@ -272,69 +269,42 @@ def write(
     >>> print(gn.load("white.bsdf").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     [0.1592]
     """
-    asked = (theta_i, theta_o, phi_i, phi)
-    sheet = as_filed(m, Sheet, *asked, step, channel) or _tabulated(m, asked, step, channel, wavelength)
-    plain_text.write(path, _lines(sheet))
+    angles = {"AOI": theta_i, "POI": phi_i, "ScatterAzimuth": phi, "ScatterRadial": theta_o}
+    asked = Asked(angles, step, channel)
+    plain_text.write(path, _lines(as_filed(m, Sheet, asked) or _tabulated(m, asked, wavelength)))
 
 
-def _tabulated(m: Reflectance, asked: tuple, step: float | None, channel: Any, wavelength: float) -> Sheet:
+def _tabulated(m: Reflectance, asked: Asked, wavelength: float) -> Sheet:
     parts = quarters(m)
     one = next(iter(parts.values()))
-    table = _own_tables(parts, (*asked, step))
-    if table is not None:
-        axes, half, tables = table
-    else:
-        axes, half = _axes([*parts.values()], asked, step)
-        tables = {}
-        for quarter, part in parts.items():
-            seen, _, _ = _turned(quarter, axes, np.zeros((1,) * len(axes)), np.zeros((1, 1, 1)), half)
-            _, tables[quarter], _ = _turned(quarter, seen, on_grid(part, "angles", seen), np.zeros((1, 1, 1)), half)
+    axes, half, tables = _own_tables(parts, asked) or _sampled(parts, asked)
     names = one.channel_names or ()
-    if channel is None and names and all(isinstance(n, (int, float)) for n in names):
-        labels: tuple = tuple(names)
-    else:
-        labels = spectral(one, tables[next(iter(parts))], channel)[0]
-    degrees = {name: plain_text.degrees(x) for name, x in axes.items()}
-    azimuth, turns = np.round(degrees["phi"] + LIGHT, 9) if "phi" in degrees else degrees["phi_o"], [LIGHT]
-    if "phi" not in degrees:
-        turns = degrees["phi_i"].tolist()
+    own_names = asked.channel is None and bool(names) and all(isinstance(n, (int, float)) for n in names)
+    labels = names if own_names else spectral(one, tables[next(iter(parts))], asked.channel)[0]
     blocks: list[Block] = []
     for quarter, part in parts.items():
         if (part.channel_names or ()) != names:
             raise ParameterError(f"{m!r:.80}: its parts have different channels; expected the same")
-        f = tables[quarter] if labels == tuple(names) else spectral(part, tables[quarter], channel)[1]
-        f = np.nan_to_num(f[:, :, None] if "phi" in degrees else f)
-        lit = [180.0 - x if quarter in ("back", "forward") else x for x in turns] if "phi_i" in degrees else [0.0]
-        tis = totals(part, degrees["theta_i"].tolist(), lit)
-        tis = tis if labels == tuple(names) else spectral(part, tis, channel)[1]
-        blocks += _blocks_of(quarter, f, tis, degrees["theta_i"].tolist(), turns, labels, wavelength)
+        f = tables[quarter] if labels == names else spectral(part, tables[quarter], asked.channel)[1]
+        angles, values = LAYOUT.written(axes, np.nan_to_num(f), half)
+        lit = [180.0 - x if quarter in ("back", "forward") else x for x in angles["POI"]] if "phi_i" in axes else [0.0]
+        tis = totals(part, angles["AOI"], lit)
+        tis = tis if labels == names else spectral(part, tis, asked.channel)[1]
+        side, kind = "Back" if quarter.startswith("back") else "Front", "BTDF" if quarter.endswith("ward") else "BRDF"
+        for (a, theta), (b, turn), (c, label) in product(*map(enumerate, (angles["AOI"], angles["POI"], labels))):
+            nm = wavelength if _in_colour(labels) or label is None else float(label)
+            tristimulus = f"Tris{label}" if _in_colour(labels) else ""
+            blocks.append(Block(theta, turn, side, nm, kind, tristimulus, tis[b, a, c], values[a, b, c]))
     symmetry, content = "PlaneSymmetrical" if half else "Asymmetric", "XYZ" if _in_colour(labels) else "Monochrome"
-    return Sheet(symmetry, content, azimuth.tolist(), degrees["theta_o"].tolist(), tuple(blocks))
+    return Sheet(symmetry, content, {name: angles[name] for name in LISTS}, tuple(blocks))
 
 
 def _in_colour(labels: tuple) -> bool:
     return labels == ("X", "Y", "Z")
 
 
-def _blocks_of(
-    quarter: str,
-    f: np.ndarray,
-    tis: np.ndarray,
-    theta_i: list[float],
-    turns: list[float],
-    labels: tuple,
-    wavelength: float,
-) -> Iterator[Block]:
-    """The blocks of f (theta_i, theta_o, phi_i, phi_o, channel) and TIS (phi_i, theta_i, channel)."""
-    side, kind = "Back" if quarter.startswith("back") else "Front", "BTDF" if quarter.endswith("ward") else "BRDF"
-    for (a, theta), (b, phi), (c, label) in product(enumerate(theta_i), enumerate(turns), enumerate(labels)):
-        nm = wavelength if _in_colour(labels) or label is None else float(label)
-        tristimulus = f"Tris{label}" if _in_colour(labels) else ""
-        yield Block(theta, phi, side, nm, kind, tristimulus, tis[b, a, c], f[a, :, b, :, c].T)
-
-
 def _own_tables(
-    parts: Mapping[str, Reflectance], asked: tuple
+    parts: Mapping[str, Reflectance], asked: Asked
 ) -> tuple[dict[str, np.ndarray], bool, dict[str, np.ndarray]] | None:
     """The grid and the tables of measurements as they are, where they share one, with the azimuths of the front."""
     own = {quarter: own_table(part, "angles", asked) for quarter, part in parts.items()}
@@ -355,25 +325,28 @@ def _same(a: np.ndarray, b: np.ndarray) -> bool:
     return a.shape == b.shape and bool(np.allclose(a, b, rtol=0.0, atol=1e-12))
 
 
-def _axes(parts: Sequence[Reflectance], asked: tuple, step: float | None) -> tuple[dict[str, np.ndarray], bool]:
-    """Nodes [rad], and whether they are on one side of the plane of incidence."""
-    theta_i, theta_o, phi_i, phi = asked
-    isotropic = phi_i is None and all(m.is_isotropic() for m in parts)
-    usual = default_angles(parts[0], step, not isotropic)
-    axes = {"theta_i": theta_i or usual.theta_i, "theta_o": theta_o or [*(x for x in usual.theta_o if x < 89.0), 89.0]}
-    if isotropic and phi and phi[0] < 0.0:
-        raise ParameterError(f"phi={shown(phi)}: expected angles from 0 to 360 degrees, for an isotropic material")
-    if isotropic:
-        axes["phi"] = phi or usual.half
-    else:
-        axes |= {"phi_i": phi_i or usual.turns, "phi_o": phi or usual.circle}
-    return {name: np.radians(x) for name, x in axes.items()}, isotropic and axes["phi"][-1] <= 180.0
+def _sampled(
+    parts: Mapping[str, Reflectance], asked: Asked
+) -> tuple[dict[str, np.ndarray], bool, dict[str, np.ndarray]]:
+    """Nodes [rad], whether they are on one side of the plane of incidence, and f there."""
+    angles, oriented = asked_or_usual(LAYOUT, [*parts.values()], asked)
+    phi = angles["ScatterAzimuth"]  # gonio's, as callers give it
+    if not oriented and phi[0] < 0.0:
+        given = shown(asked.angles["ScatterAzimuth"])
+        raise ParameterError(f"phi={given}: expected angles from 0 to 360 degrees, for an isotropic material")
+    axes = {axis.name: np.radians(angles[word]) for word, axis in LAYOUT.grid(oriented).items()}
+    half, nothing = not oriented and phi[-1] <= 180.0, np.zeros((1, 1, 1))
+    tables = {}
+    for quarter, part in parts.items():
+        seen, _, _ = _turned(quarter, axes, np.empty(tuple(map(len, axes.values()))), nothing, half)
+        _, tables[quarter], _ = _turned(quarter, seen, on_grid(part, "angles", seen), nothing, half)
+    return axes, half, tables
 
 
 def _lines(sheet: Sheet) -> Iterator[str]:
     yield from (f"#{comment}\n" for comment in sheet.comments)
     yield f"Symmetry\t{sheet.symmetry}\nSpectralContent\t{sheet.content}\n"
-    for name, angles in zip(LISTS, (sheet.azimuth, sheet.radial), strict=True):
+    for name, angles in sheet.angles.items():
         yield from bsdf_text.listed(name, angles)
     yield "DataBegin\n"
     for b in sheet.blocks:

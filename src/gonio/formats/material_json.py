@@ -17,6 +17,7 @@ DESCRIPTION = "a model and its parameters"
 TRANSMITS = True
 FLUORESCES = True
 ORACLE = "round trip: the format is gonio's own"
+NO_LAYOUT = "parameters of models, no table"
 
 
 def matches(head: bytes, size: int) -> bool:

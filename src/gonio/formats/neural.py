@@ -28,6 +28,7 @@ NAME = "Neural-BRDF"
 SUFFIXES = (".h5",)
 DESCRIPTION = "weights of a network fitted to a MERL measurement (Sztrajman et al. 2021)"
 ORACLE = "real files: the formula in NumPy, and published fits of the same materials"
+NO_LAYOUT = "weights of a network, no table"
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 LARGEST = 1 << 22  # most bytes that such a file has; published ones have 18 736

@@ -30,6 +30,7 @@ SUFFIXES = (".csv",)
 SHARED_SUFFIX = True
 DESCRIPTION = "rows of BRDF and normalised Mueller matrix (Germer 2017)"
 ORACLE = "real file (NIST PTFE), against its published expansion"
+NO_LAYOUT = "written as it was read, number by number: see `COLUMNS`"
 
 COLUMNS = 21
 ANGLES = slice(1, 5)

@@ -21,6 +21,7 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
+from ._layout import Axis, Layout
 from ._reading import channel_words, json_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
 from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of
@@ -30,6 +31,7 @@ SUFFIXES = (".xompt",)
 DESCRIPTION = "ASAM OpenMATERIAL 3D look-up table of an isotropic BRDF, JSON"
 ORACLE = "published schema; own generator"
 
+LAYOUT = Layout("angles", {name: Axis(name) for name in ("theta_i", "theta_o", "phi_o")}, unit="rad")
 COLUMNS = 5
 NM = 1e9
 
@@ -58,7 +60,7 @@ def read(path: Path) -> Gridded:
     if bad.any():
         at = int(np.argmax(bad))
         raise FormatError(f"{where}, row {at + 1}: {table[at]}, expected a wavelength in m and three angles in rad")
-    angles = upright(np.insert(rows[:, 1:4], 1, 0.0, axis=1), where, LEVEL)
+    angles = upright(LAYOUT.pairs(rows[:, 1:4]), where, LEVEL)
     angles, metres, wide = channel_words.by_channel(angles, rows[:, 0], {"f": rows[:, 4]}, where)
     about = {"metadata": document.get("metadata", {})}
     about |= {name: value for name, value in brdf.items() if name not in ("wavelengths", "lookupTable")}
@@ -99,12 +101,12 @@ def write(
     theta_i, phi_i, theta_o, phi_o = pairs.angles.T
     phi = phi_o - phi_i
     phi = np.where((phi < 0.0) | (phi > 2.0 * np.pi), np.mod(phi, 2.0 * np.pi), phi)
+    angles = LAYOUT.columns(np.stack([theta_i, phi_i, theta_o, phi], axis=1)).tolist()
     table = []
     for c in np.argsort(metres):
         for k in np.lexsort([phi, theta_o, theta_i]):
             value = float(f[k, c])
-            angles = [float(theta_i[k]), float(theta_o[k]), float(phi[k])]
-            table.append([metres[c], *angles, None if np.isnan(value) else value])
+            table.append([metres[c], *angles[k], None if np.isnan(value) else value])
     brdf: dict[str, Any] = {"wavelengths": sorted(metres)}
     if "receiverSolidAngles" in about:
         brdf["receiverSolidAngles"] = about["receiverSolidAngles"]

@@ -26,6 +26,7 @@ from ..files import replacing
 from ..models.sheet import Sheet
 from ..numerics.unique_rows import unique_rows
 from ..tables.gridded import Gridded
+from . import _layout
 from ._reading import plain_text
 from ._rows import direction_pairs
 from ._rows.direction_pairs import LEVEL, TURNS
@@ -38,6 +39,9 @@ SHARED_SUFFIX = True
 DESCRIPTION = "rows of theta, phi and DSF or BSDF of one incident direction (pab goniophotometers, Radiance)"
 ORACLE = "own generator only"
 TRANSMITS = True
+
+LAYOUT = _layout.columns("intheta", "inphi", "theta", "phi")
+"""The first two are those of the whole file."""
 
 QUANTITIES = {"dsf": "brdf * cos(theta_o)", "bsdf": "brdf", "brdf": "brdf", "btdf": "brdf"}
 CHANNELS = ("X", "Y", "Z")
@@ -93,7 +97,7 @@ def _one(path: str | os.PathLike) -> tuple[direction_pairs.Pairs, dict[str, Any]
     rows = lines.rows(5 if xyz else 3, expected="numbers: theta, phi and values")
     if not len(rows):
         raise lines.cut_short("rows of theta, phi and values")
-    angles = np.radians(np.insert(rows[:, :2], [0, 0], [theta_i, phi_i], axis=1))
+    angles = LAYOUT.pairs(np.insert(rows[:, :2], [0, 0], [theta_i, phi_i], axis=1))
     values, channels = (rows[:, 2:], CHANNELS) if xyz else (rows[:, 2], None)
     return direction_pairs.Pairs(angles, values, quantity, channels=channels), about
 
@@ -147,7 +151,7 @@ def write(
     if len(lit_from) != 1:
         rule = "expected one; give incident=(theta_i, phi_i) in radians, and write a file of each"
         raise ParameterError(f"{m!r:.80}: has {len(lit_from)} incident directions there, {rule}")
-    degrees = plain_text.degrees(pairs.angles)
+    degrees = LAYOUT.columns(pairs.angles)
     theta, phi = (plain_text.number(x) for x in degrees[0, :2])
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.writelines(f"#{key}{':' if key == 'colorimetry' else ''} {value}\n" for key, value in _heads(m).items())

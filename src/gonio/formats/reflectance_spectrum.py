@@ -37,6 +37,7 @@ SUFFIXES = (".txt", ".csv")
 SHARED_SUFFIX = True
 DESCRIPTION = "wavelength, reflectance, uncertainty: a Lambertian surface, by assumption"
 ORACLE = "real file (GRIT Lab, Spectralon)"
+NO_LAYOUT = "a spectrum, no angles"
 
 COMMENTS = ("#", ";")
 SHORTEST, LONGEST = 100.0, 100000.0  # wavelengths [nm] that a file of this kind may begin and end with

@@ -33,6 +33,7 @@ from ..tables.gridded import Gridded
 from ..tables.nodes import f_at
 from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
+from ._layout import CHANNEL, Axis, Layout
 from ._optical.angle_tables import as_lit
 from ._reading import plain_text
 from ._rows import libbsdf_grids
@@ -47,10 +48,27 @@ TRANSMITS = True
 
 DATA_TYPES = ("brdf", "btdf", "specular_reflectance", "specular_transmittance")
 COLOURS: dict[str, tuple[str, ...] | None] = {"monochrome": None, "rgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z")}
-COORDINATES = {
-    "spherical_coordinate_system": "angles",
-    "specular_coordinate_system": "specular",
-    "half_difference_coordinate_system": "half_difference",
+
+
+def _layout(system: str, *axes: Axis, **turned: Axis) -> Layout:
+    """Of tables by PARAM3, 2, 1, 0; azimuths are written within a turn."""
+    words = [f"PARAM{k}_LIST" for k in (3, 2, 1, 0)]
+    return Layout(system, {**dict(zip(words, axes, strict=True)), "colour": CHANNEL}, turned, decimals=10)
+
+
+_PHI_I, _THETA_I = Axis("phi_i", around=True), Axis("theta_i")
+_PHI_H, _THETA_H = Axis("phi_h", around=True), Axis("theta_h")
+LAYOUT = {
+    "spherical_coordinate_system": _layout(
+        "angles", Axis("phi", around=True), Axis("theta_o"), _PHI_I, _THETA_I, PARAM3_LIST=Axis("phi_o", around=True)
+    ),
+    # The azimuth about the mirror direction counts from the side of the normal, gonio's from the opposite side.
+    "specular_coordinate_system": _layout(
+        "specular", Axis("azimuth", 180.0, around=True), Axis("radial"), _PHI_I, _THETA_I
+    ),
+    "half_difference_coordinate_system": _layout(
+        "half_difference", Axis("phi_d", around=True), Axis("theta_d"), _PHI_H, _THETA_H
+    ),
 }
 OF_FILE = ("SOFTWARE", "API", "DATE")
 OF_BLOCK = ("NAME", "SOURCE_TYPE", "DEVICE", "CREATION_DATE", "MEASUREMENT_DATE")
@@ -164,39 +182,24 @@ def _table(lines: plain_text.Lines, entries: Mapping[str, str], lists: Mapping[s
 
 def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
     system = block.entries.get("PARAM_TYPE", "")
-    if system not in COORDINATES:
-        raise FormatError(f"{path}: PARAM_TYPE {system!r:.60}: expected one of {', '.join(COORDINATES)}")
-    kind, lists = COORDINATES[system], block.lists
-    oriented = len(lists.get("PARAM1_LIST", ())) > 1 or bool(lists.get("PARAM1_LIST", np.zeros(1))[0])
+    if system not in LAYOUT:
+        raise FormatError(f"{path}: PARAM_TYPE {system!r:.60}: expected one of {', '.join(LAYOUT)}")
+    layout, lists = LAYOUT[system], {word: block.lists.get(word, np.zeros(1)) for word in LISTS}
+    kind, oriented = layout.system, len(lists["PARAM1_LIST"]) > 1 or bool(lists["PARAM1_LIST"][0])
     reduction = block.entries.get("REDUCTION_TYPE", "").split()
     if not set(reduction) <= {"bilateral_symmetry", "reciprocity"} or ("reciprocity" in reduction) > (kind[0] == "h"):
         got = f"REDUCTION_TYPE {reduction!s:.60}"
         raise FormatError(f"{path}: {got}: expected bilateral_symmetry, or reciprocity of half angles")
     mirrored, period = "bilateral_symmetry" in reduction, math.pi if "reciprocity" in reduction else 2.0 * math.pi
-    theta, phi, theta_2, phi_2 = (lists.get(f"PARAM{k}_LIST", np.zeros(1)) for k in range(4))
-    values = block.table.transpose(3, 1, 0, 2, 4)  # PARAM0, PARAM2, PARAM3, PARAM1
-    if mirrored and oriented:
-        if kind == "angles" or period < 2.0 * math.pi:
-            raise FormatError(f"{path}: bilateral_symmetry and PARAM1_LIST: expected isotropic data of half a circle")
-        phi_2, values = libbsdf_grids.expand(phi_2, values, 2)
-        mirrored = False
+    if mirrored and oriented and (kind == "angles" or period < 2.0 * math.pi):
+        raise FormatError(f"{path}: bilateral_symmetry and PARAM1_LIST: expected isotropic data of half a circle")
     channels: tuple[Any, ...] | None = COLOURS.get(block.entries["COLOR_MODEL"])
     if block.entries["COLOR_MODEL"] == "spectrum":
         channels = tuple(lists["WAVELENGTH_LIST"].tolist())
-    third = np.radians(phi_2)
-    if kind == "specular":
-        third, values = libbsdf_grids.azimuths(phi_2, values, 2, mirrored)
-    nodes = {"theta": np.radians(theta), "theta_2": np.radians(theta_2), "third": third, "phi": np.radians(phi)}
-    if kind == "angles" and oriented:
-        nodes, values = {k: nodes[k] for k in ("theta", "theta_2", "phi", "third")}, values.swapaxes(2, 3)
-    elif not oriented:
-        nodes.pop("phi")
-        values = values[:, :, :, 0]
-    names = angle_system(kind).axes(oriented)
-    axes = dict(zip(names, nodes.values(), strict=True))
+    axes, values, mirrored = layout.read(lists, block.table, mirrored, oriented)
     values = np.ascontiguousarray(values if channels is not None else values[..., 0])
     about = {k: v for k, v in about.items() if v != ""}
-    offsets = lists.get("PARAM4_LIST", np.zeros(1))
+    theta, offsets = lists["PARAM0_LIST"], lists["PARAM4_LIST"]
     try:
         if kind == "specular" and offsets.any():
             if len(offsets) != len(theta):
@@ -267,21 +270,11 @@ def _block_of(m: Gridded, kind_of_data: str) -> Block:
     oriented = m.is_oriented()
     if m.parameterisation == "relative" and oriented:
         m = _with_both_azimuths(m)
-    coordinates, kind = next((c, k) for c, k in COORDINATES.items() if angle_system(k).axes(oriented) == tuple(m.axes))
+    coordinates, layout = next((c, x) for c, x in LAYOUT.items() if angle_system(x.system).axes(oriented) == (*m.axes,))
     plain = m.quantity == "brdf" and not isinstance(m, Scattered)
     values = m.stored if plain else m.brdf()
     names, values = tristimulus(m.channel_names, values if m.channel_names is not None else values[..., None])
-    nodes = [plain_text.degrees(x) for x in m.axes.values()]
-    if not oriented:
-        nodes.append(np.zeros(1))
-        values = values[:, :, :, None]
-    elif kind == "angles":
-        nodes[2:] = nodes[:1:-1]
-        values = values.swapaxes(2, 3)
-    if kind == "specular":
-        nodes[2], values = libbsdf_grids.degrees(m.axes["azimuth"], values, 2, m.is_mirrored)
-    for k in (2, 3):
-        nodes[k], values = _within_a_turn(nodes[k], values, k)
+    angles, table = layout.written(m.axes, values, m.is_mirrored)
     reduction = ["bilateral_symmetry"] if m.is_mirrored else []
     for axis, period in m.periods.items():
         if abs(period - math.pi) < 1e-12 and axis == "phi_d":
@@ -292,18 +285,10 @@ def _block_of(m: Gridded, kind_of_data: str) -> Block:
     entries = {"DATA_TYPE": kind_of_data, **_colour(m, names), "PARAM_TYPE": coordinates}
     if reduction:
         entries["REDUCTION_TYPE"] = " ".join(reduction)
-    for k, x in ((0, nodes[0]), (1, nodes[3]), (2, nodes[1]), (3, nodes[2])):
-        if k != 1 or oriented:
-            entries[f"PARAM{k}_LIST"] = " ".join(map(plain_text.number, x))
-    return Block(entries, {}, values.transpose(2, 1, 3, 0, 4))
-
-
-def _within_a_turn(nodes: np.ndarray, values: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    """Azimuths in [0, 360] degrees, rising."""
-    if nodes[0] >= 0.0 and nodes[-1] <= 360.0:
-        return nodes, values
-    azimuths, order = np.unique(np.mod(nodes, 360.0), return_index=True)
-    return azimuths, values.take(order, axis)
+    for word in LISTS[1:5]:
+        if word != "PARAM1_LIST" or oriented:
+            entries[word] = " ".join(map(plain_text.number, angles[word]))
+    return Block(entries, {}, table)
 
 
 def _colour(m: Gridded, names: tuple | None) -> dict[str, str]:

@@ -21,6 +21,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
 from ..declared.arguments import ABOVE_ZERO, Declared
 from ..errors import FormatError, ParameterError
@@ -29,6 +30,8 @@ from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
 from ..pictures.image import Image, read_image
+from ..tables.rows import ROW_ANGLES
+from ._layout import CHANNEL, Axis, Layout
 from ._reading.large_tables import LARGE, Unscanned, expect_channels, numbers
 
 NAME = "UTIA"
@@ -41,6 +44,8 @@ EXR = b"v/1\x01"
 GRIDS = {(6, 48): 15.0, (44, 180): 2.0}
 """(theta, phi) nodes of each direction, and the step of theta [degrees]."""
 
+
+LAYOUT = Layout("angles", {"plane": CHANNEL, **{name: Axis(name) for name in ROW_ANGLES}})
 
 DECODINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "linear": lambda v: v,
@@ -89,12 +94,10 @@ class UTIA(Unscanned):
         step = GRIDS[grid] if theta_step is None else theta_step
         if not 0.0 < step * (grid[0] - 1) <= 90.0:
             raise ParameterError(f"theta_step={theta_step!r}: expected degrees above 0, the last theta below 90")
-        theta = np.radians(step * np.arange(grid[0]))
-        phi = np.radians(360.0 / grid[1]) * np.arange(grid[1])
         self._hold(raw=raw, decoding=decoding)
-        axes = {"theta_i": theta, "theta_o": theta, "phi_i": phi, "phi_o": phi}
+        axes = {name: _nodes(grid, step)[name] for name in LAYOUT.grid(True)}
         about = {"decoding": decoding, "theta_step": step}
-        super().__init__("angles", axes, raw.transpose(1, 3, 2, 4, 0), ("R", "G", "B"), path, about)
+        super().__init__("angles", axes, LAYOUT.table(raw, True), ("R", "G", "B"), path, about)
         if raw.nbytes < LARGE:
             self._hold(holes=not np.isfinite(raw).all())
 
@@ -107,6 +110,12 @@ class UTIA(Unscanned):
 
     def _key(self) -> tuple:
         return (*super()._key(), ("decoding", self.decoding))
+
+
+def _nodes(grid: tuple[int, ...], step: float) -> dict[str, np.ndarray]:
+    """Of each angle [rad], in the file's order."""
+    theta, phi = np.radians(step * np.arange(grid[0])), np.radians(360.0 / grid[1]) * np.arange(grid[1])
+    return {name: theta if name.startswith("theta") else phi for name in ROW_ANGLES}
 
 
 def _size(grid: tuple[int, int]) -> int:
@@ -193,10 +202,8 @@ def write(m: Reflectance, path: Path) -> None:
 
 def _tabulated(m: Reflectance) -> np.ndarray:
     expect_channels(m, NAME)
-    (count, turns), step = next(iter(GRIDS.items()))
-    theta, phi = np.radians(step * np.arange(count)), np.radians(360.0 / turns) * np.arange(turns)
-    angles: list[Any] = [theta[:, None, None, None], phi[:, None, None], theta[:, None], phi]
-    f = m.f_angles(*angles).reshape(count, turns, count, turns, -1)
+    grid, step = next(iter(GRIDS.items()))
+    f = with_channels(m.f_angles(*np.meshgrid(*_nodes(grid, step).values(), indexing="ij", sparse=True)), 4)
     if not np.isfinite(f).all():
         raise ParameterError(f"{m!r:.80}: has holes at nodes, which UTIA files cannot mark; fill them first")
     return np.ascontiguousarray(np.moveaxis(np.broadcast_to(f, (*f.shape[:-1], 3)), -1, 0))

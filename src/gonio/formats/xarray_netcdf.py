@@ -29,6 +29,7 @@ NAME = "netCDF"
 SUFFIXES = (".nc", ".nc4")
 DESCRIPTION = "netCDF-4 in gonio's own layout: every measurement, with uncertainty and provenance, without loss"
 ORACLE = "own generator; xarray, h5py"
+NO_LAYOUT = "variables by gonio's own names: see `tables.dataset_layout`"
 
 CLASSIC = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
 

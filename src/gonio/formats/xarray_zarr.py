@@ -28,6 +28,7 @@ NAME = "Zarr"
 SUFFIXES = (".zarr", ".zip")
 DESCRIPTION = "Zarr in gonio's own layout, a folder or zipped: every measurement, without loss"
 ORACLE = "own generator; xarray, zarr"
+NO_LAYOUT = "variables by gonio's own names: see `tables.dataset_layout`"
 
 ROOTS = ("zarr.json", ".zgroup")
 ZIPPED = b"PK\x03\x04"

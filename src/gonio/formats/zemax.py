@@ -43,20 +43,22 @@ from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..models import sheet
 from ..models._quarters import sheet_of
+from ._layout import CHANNEL, Axis, Layout
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
-    USUAL,
+    Angles,
+    Asked,
     Channel,
     Filed,
+    Filing,
     IncidentAngles,
     Step,
     as_filed,
-    default_angles,
     increasing,
-    on_grid,
     own_table,
     spectral,
     steps,
+    tabulated,
     totals,
     without_ground,
 )
@@ -74,22 +76,39 @@ ORACLE = (
 TRANSMITS = True
 KINDS = ("BRDF", "BTDF")
 SYMMETRIES = ("PlaneSymmetrical", "ASymmetrical", "ASymmetrical4D")
-AXES = {"SampleRotation": (-360.0, 360.0), "AngleOfIncidence": (0.0, 90.0)}
-AXES |= {"ScatterAzimuth": (-360.0, 720.0), "ScatterRadial": (0.0, 180.0)}
 CHANNELS = {"monochrome": 0, "tristimulusx": 0, "tristimulusy": 1, "tristimulusz": 2}
+FINE = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)
+"""Steps from the mirror direction that models are written at beside whole ones."""
+
+
+def _about_mirror(usual: Angles) -> list[float]:
+    return sorted({*(usual.step * x for x in FINE), *steps(min(180.0, 90.0 + usual.theta_i[-1]), usual.step)})
+
+
+LAYOUT = Layout(
+    "specular",
+    {
+        "channel": CHANNEL,
+        "SampleRotation": Axis("phi_i", 90.0, -1.0, (-360.0, 360.0), usual=lambda usual: usual.turns),
+        "AngleOfIncidence": Axis("theta_i", bounds=(0.0, 90.0), usual=lambda usual: usual.theta_i),
+        "ScatterAzimuth": Axis(
+            "azimuth", 180.0, bounds=(-360.0, 720.0), around=True, usual=lambda usual: [*usual.circle, 360.0]
+        ),
+        "ScatterRadial": Axis("radial", bounds=(0.0, 180.0), usual=_about_mirror),
+    },
+)
+SEEN_FROM_BEHIND = {"SampleRotation": LAYOUT.axes["SampleRotation"]._replace(sign=1.0)}
+LAYOUTS = dict(zip(KINDS, (LAYOUT, LAYOUT._replace(axes={**LAYOUT.axes, **SEEN_FROM_BEHIND})), strict=True))
 
 
 class Sheet(NamedTuple):
-    """A file: angles as written [degrees], and values (channel, rotation, incidence, azimuth, radial).
+    """A file: angles as written [degrees], and values with the axes of `LAYOUT`.
 
     tis  total integrated scatter as written (channel, rotation, incidence)
     """
 
     symmetry: str
-    rotation: list[float]
-    incidence: list[float]
-    azimuth: list[float]
-    radial: list[float]
+    angles: dict[str, list[float]]
     values: np.ndarray
     tis: np.ndarray
     comments: tuple[str, ...] = ()
@@ -99,6 +118,11 @@ class Sheet(NamedTuple):
     @property
     def is_half(self) -> bool:
         return self.symmetry == SYMMETRIES[0]
+
+    def turns(self) -> list[float]:
+        """phi_i [degrees] of the tables, in their order; of transmission as it is seen from the other side."""
+        rotation = self.angles["SampleRotation"]
+        return [LAYOUTS[self.kind].axes["SampleRotation"].of_file(x) for x in rotation] if len(rotation) > 1 else [0.0]
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -115,66 +139,41 @@ def read(path: str | os.PathLike) -> Filed | sheet.Sheet:
     FormatError where the file is damaged or contradicts itself.
     """
     sheet = _sheet(Path(path))
-    axes, values = _as_axes(sheet)
+    turned = len(sheet.angles["SampleRotation"]) > 1
+    axes, values, mirrored = LAYOUTS[sheet.kind].read(sheet.angles, sheet.values, sheet.is_half, turned)
     values = without_ground("specular", axes, values)
     about = {"Source": sheet.source, "Symmetry": sheet.symmetry, "comments": sheet.comments, "TIS": sheet.tis}
     f, names = (values, ("X", "Y", "Z")) if len(sheet.values) > 1 else (values[..., 0], None)
     places = ("front",) if sheet.kind == KINDS[0] else ("forward", "backward")
     m = Filed(
-        "specular", axes, f, channels=names, mirrored=sheet.is_half and len(axes) == 3, path=str(path), about=about,
-        filed=sheet, filed_as=places, filed_with=places, stated_totals=_totals(sheet),
+        "specular", axes, f, channels=names, mirrored=mirrored, path=str(path), about=about,
+        filed=Filing(sheet, places, places), stated_totals=_totals(sheet),
     )  # fmt: skip
     return sheet_of(dict.fromkeys(places, m))
 
 
 def _totals(sheet: Sheet) -> Iterator[Total]:
-    for rotation, tables in zip(sheet.rotation, sheet.tis.transpose(1, 2, 0), strict=True):
-        phi_i = math.radians(_phi_i(sheet, rotation)) if len(sheet.rotation) > 1 else 0.0
-        for theta_i, shares in zip(np.radians(sheet.incidence), tables, strict=True):
-            yield Total(float(theta_i), phi_i, tuple(shares.tolist()))
-
-
-def _phi_i(sheet: Sheet, rotation: Any) -> Any:
-    """phi_i [degrees]; of transmission as it is seen from the other side."""
-    return 90.0 - rotation if sheet.kind == KINDS[0] else 90.0 + rotation
-
-
-def _as_axes(sheet: Sheet) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Axes [rad] of a `Gridded` and values (theta_i, radial, azimuth[, phi_i], channel)."""
-    values = sheet.values.transpose(2, 4, 3, 1, 0)
-    azimuth = np.array(sheet.azimuth)
-    if sheet.is_half and len(sheet.rotation) == 1:
-        azimuth, values = 180.0 - azimuth[::-1], values[:, :, ::-1]
-    elif sheet.is_half:
-        other = azimuth[(azimuth > 0.0) & (azimuth < 180.0)][::-1]
-        at = [*range(len(azimuth)), *(sheet.azimuth.index(x) for x in other)]
-        azimuth, values = np.concatenate([azimuth, 360.0 - other]) + 180.0, values[:, :, at]
-    else:
-        azimuth = azimuth + 180.0
-    axes = {"theta_i": np.array(sheet.incidence), "radial": np.array(sheet.radial), "azimuth": azimuth}
-    if len(sheet.rotation) == 1:
-        values = values[:, :, :, 0]
-    elif sheet.kind == KINDS[0]:
-        axes["phi_i"], values = _phi_i(sheet, np.array(sheet.rotation)[::-1]), values[:, :, :, ::-1]
-    else:
-        axes["phi_i"] = _phi_i(sheet, np.array(sheet.rotation))
-    return {name: np.radians(x) for name, x in axes.items()}, values
+    incidence = np.radians(sheet.angles["AngleOfIncidence"])
+    for phi_i, tables in zip(sheet.turns(), sheet.tis.transpose(1, 2, 0), strict=True):
+        for theta_i, shares in zip(incidence, tables, strict=True):
+            yield Total(float(theta_i), math.radians(phi_i), tuple(shares.tolist()))
 
 
 def _sheet(path: Path) -> Sheet:
     lines, comments = bsdf_text.opened(path)
-    words, angles = bsdf_text.header(lines, AXES, ("databegin", "tis", *CHANNELS))
+    lists = {word: axis.bounds for word, axis in LAYOUT.axes.items() if word != "channel"}
+    words, angles = bsdf_text.header(lines, lists, ("databegin", "tis", *CHANNELS))
     symmetry = bsdf_text.one_of(lines, words, "symmetry", SYMMETRIES)
     colour = bsdf_text.one_of(lines, words, "spectralcontent", ("Monochrome", "XYZ")) == "XYZ"
     kind = bsdf_text.one_of(lines, words, "scattertype", KINDS)
-    for name, (low, high) in AXES.items():
+    for name, (low, high) in lists.items():
         if name not in angles:
             raise FormatError(f"{path}: no {name} before the data, expected it and its angles")
         half = name == "ScatterAzimuth" and symmetry == SYMMETRIES[0]
         increasing(path, name, angles[name], *((0.0, 180.0) if half else (low, high)))
-    values, tis = _blocks(lines, tuple(len(angles[name]) for name in AXES), 3 if colour else 1)
-    rotation, incidence, azimuth, radial = (angles[name] for name in AXES)
-    return Sheet(symmetry, rotation, incidence, azimuth, radial, values, tis, comments, words.get("source", ""), kind)
+    angles = {name: angles[name] for name in lists}
+    values, tis = _blocks(lines, tuple(map(len, angles.values())), 3 if colour else 1)
+    return Sheet(symmetry, angles, values, tis, comments, words.get("source", ""), kind)
 
 
 def _blocks(lines: plain_text.Lines, shape: tuple[int, ...], channels: int) -> tuple[np.ndarray, np.ndarray]:
@@ -236,11 +235,13 @@ def write(
     >>> print(gn.load("red.bsdf").channel_names)
     ('X', 'Y', 'Z')
     """
-    angles = (aoi, radial, azimuth, rotation)
-    sheet = as_filed(m, Sheet, *angles, step, channel)
+    if azimuth is not None and azimuth[-1] <= 180.0:
+        azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
+    angles = {"SampleRotation": rotation, "AngleOfIncidence": aoi, "ScatterAzimuth": azimuth, "ScatterRadial": radial}
+    asked = Asked(angles, step, channel)
+    sheet = as_filed(m, Sheet, asked)
     if sheet is None or kind not in (None, sheet.kind):
-        one, kind = _one_kind(m, kind)
-        sheet = _of_material(one, kind, angles, step, channel)
+        sheet = _of_material(*_one_kind(m, kind), asked)
     plain_text.write(path, _written(sheet))
 
 
@@ -255,80 +256,33 @@ def _one_kind(m: Reflectance, kind: str | None) -> tuple[Reflectance, str]:
     return there[kind], kind
 
 
-def _of_material(m: Reflectance, kind: str, angles: tuple, step: float | None, channel: Any) -> Sheet:
-    table, f = own_table(m, "specular", (*angles, step)) or (None, None)
-    axes = _axes(m, kind, angles, step) if table is None else table.axes
-    _, f = spectral(m, on_grid(m, "specular", axes) if f is None else f, channel)
+def _of_material(m: Reflectance, kind: str, asked: Asked) -> Sheet:
+    layout = LAYOUTS[kind]
+    axes, f, half = tabulated(layout, m, asked)
+    _, f = spectral(m, f, asked.channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
     if np.isnan(f).any():
         raise ParameterError(f"{m!r:.80}: has infinite values, which the format cannot hold; choose other angles")
-    if len(axes) == 4:
-        symmetry = SYMMETRIES[2]
-    elif table is not None:
-        symmetry = SYMMETRIES[0] if table.is_mirrored else SYMMETRIES[1]
-    else:
-        axes, f, symmetry = _as_half(axes, f)
-    sheet = _from_axes(axes, f, symmetry, kind)
-    phi_i = [_phi_i(sheet, r) for r in sheet.rotation] if len(sheet.rotation) > 1 else [0.0]
-    _, tis = spectral(m, totals(m, sheet.incidence, phi_i), channel)
+    angles, values = layout.written(axes, f, half)
+    if len(axes) == 3 and own_table(m, "specular", asked) is None:
+        angles, values, half = _as_half(angles, values)
+    symmetry = SYMMETRIES[2] if len(axes) == 4 else SYMMETRIES[0] if half else SYMMETRIES[1]
+    sheet = Sheet(symmetry, angles, values, np.empty(0), kind=kind)
+    _, tis = spectral(m, totals(m, angles["AngleOfIncidence"], sheet.turns()), asked.channel)
     return sheet._replace(tis=tis.transpose(2, 0, 1))
 
 
-def _axes(m: Reflectance, kind: str, angles: tuple, step: float | None) -> dict[str, np.ndarray]:
-    """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
-    aoi, radial, azimuth, rotation = angles
-    anisotropic = rotation is not None or not m.is_isotropic()
-    usual, step = default_angles(m, step, anisotropic), step or USUAL
-    theta_i = aoi or usual.theta_i
-    last = min(180.0, 90.0 + theta_i[-1])
-    fine = [step * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]
-    radial = radial or sorted({*fine, *steps(last, step)})
-    azimuth = azimuth or [*usual.circle, 360.0]
-    if azimuth[-1] <= 180.0:
-        azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
-    axes = {"theta_i": theta_i, "radial": radial, "azimuth": [x + 180.0 for x in azimuth]}
-    if anisotropic:
-        rotation = rotation or usual.turns
-        axes["phi_i"] = [90.0 - r for r in rotation[::-1]] if kind == KINDS[0] else [90.0 + r for r in rotation]
-    return {name: np.radians(x) for name, x in axes.items()}
-
-
-def _as_half(axes: dict[str, np.ndarray], f: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray, str]:
-    """One side of the plane of incidence where the other is its mirror image; and the name of the symmetry."""
-    turn = np.round(np.degrees(axes["azimuth"]) - 180.0, 9)
-    half = np.flatnonzero((turn >= 0.0) & (turn <= 180.0))
-    if not {*np.round(360.0 - turn[turn > 180.0], 9)} <= {*turn[half]}:
-        return axes, f, SYMMETRIES[1]
+def _as_half(angles: dict[str, list[float]], values: np.ndarray) -> tuple[dict[str, list[float]], np.ndarray, bool]:
+    """One side of the plane of incidence where the other is its mirror image; and whether it is."""
+    azimuth = np.array(angles["ScatterAzimuth"])
+    half = np.flatnonzero((azimuth >= 0.0) & (azimuth <= 180.0))
+    if not {*np.round(360.0 - azimuth[azimuth > 180.0], 9)} <= {*azimuth[half]}:
+        return angles, values, False
     for k in half:
-        twin = np.flatnonzero(turn == 360.0 - turn[k])
-        if len(twin) and not np.allclose(f[:, :, k], f[:, :, twin[0]], rtol=1e-6, atol=1e-12):
-            return axes, f, SYMMETRIES[1]
-    # As a table keeps them: 0 towards the horizon, increasing.
-    return {**axes, "azimuth": np.radians(180.0 - turn[half][::-1])}, f[:, :, half[::-1]], SYMMETRIES[0]
-
-
-def _from_axes(axes: dict[str, np.ndarray], f: np.ndarray, symmetry: str, kind: str) -> Sheet:
-    """The opposite of `_as_axes`."""
-    degrees = {name: plain_text.degrees(x) for name, x in axes.items()}
-    if symmetry == SYMMETRIES[0]:
-        azimuth, f = 180.0 - degrees["azimuth"][::-1], f[:, :, ::-1]
-    else:
-        azimuth = degrees["azimuth"] - 180.0
-        if azimuth[0] < 0.0 or azimuth[-1] > 360.0:
-            azimuth = np.mod(np.round(azimuth, 9), 360.0)
-            azimuth, first = np.unique(azimuth, return_index=True)
-            f = f[:, :, first]
-    rotation = [0.0]
-    if "phi_i" not in degrees:
-        f = f[:, :, :, None]
-    elif kind == KINDS[0]:
-        rotation, f = np.round(90.0 - degrees["phi_i"][::-1], 9).tolist(), f[:, :, :, ::-1]
-    else:
-        rotation = np.round(degrees["phi_i"] - 90.0, 9).tolist()
-    incidence, radial = degrees["theta_i"].tolist(), degrees["radial"].tolist()
-    around = np.round(azimuth, 9).tolist()
-    values = f.transpose(4, 3, 0, 2, 1)
-    return Sheet(symmetry, rotation, incidence, around, radial, values, np.empty(0), kind=kind)
+        twin = np.flatnonzero(azimuth == 360.0 - azimuth[k])
+        if len(twin) and not np.allclose(values[..., k, :], values[..., twin[0], :], rtol=1e-6, atol=1e-12):
+            return angles, values, False
+    return {**angles, "ScatterAzimuth": azimuth[half].tolist()}, values[..., half, :], True
 
 
 def _written(sheet: Sheet) -> Any:
@@ -336,8 +290,7 @@ def _written(sheet: Sheet) -> Any:
     colour = len(sheet.values) > 1
     yield f"Source\t{sheet.source or 'Measured'}\nSymmetry\t{sheet.symmetry}\n"
     yield f"SpectralContent\t{'XYZ' if colour else 'Monochrome'}\nScatterType\t{sheet.kind}\n"
-    lists = (sheet.rotation, sheet.incidence, sheet.azimuth, sheet.radial)
-    for name, angles in zip(AXES, lists, strict=True):
+    for name, angles in sheet.angles.items():
         yield from bsdf_text.listed(name, angles)
     for k, (values, tis) in enumerate(zip(sheet.values, sheet.tis, strict=True)):
         yield f"\n{'Tristimulus' + 'XYZ'[k] if colour else 'Monochrome'}\nDataBegin\n"

@@ -37,6 +37,7 @@ SUFFIXES = (".csv",)
 SHARED_SUFFIX = True
 DESCRIPTION = "coefficients of surface scattering modes with Mueller matrix (Germer 2017, SCATMECH)"
 ORACLE = "real file (NIST PTFE): a least-squares fit to NIST's measurements gives the file's coefficients"
+NO_LAYOUT = "coefficients, no table; written as it was read, number by number: see `COLUMNS`"
 
 COLUMNS = ("i", "j", "n", "m", "k", "l", "p", "coefficient")
 COMMENTS = ("%", "#", ";")

@@ -22,6 +22,7 @@ from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import above, f_at, own_nodes
 from ...tables.scattered import Scattered
+from .._layout import Layout
 from .._reading import plain_text
 
 SAME = 1e-8  # angles closer than this [degrees] are the same
@@ -29,6 +30,14 @@ ABSOLUTE = ("phi_i", "phi_o", "phi_h")
 """Azimuths of the sample; others are differences."""
 FULLEST = 0.5
 """Rows that fill at least this share of the grid of their angles are a grid with holes, others are scattered."""
+
+
+class Filing(NamedTuple):
+    """The content of the file of a table; the quarters of a `Sheet` that it was read as, and all that were read."""
+
+    content: Any = None
+    read_as: tuple[str, ...] = ("front",)
+    read_with: tuple[str, ...] = ("front",)
 
 
 class Filed(Gridded):
@@ -40,31 +49,38 @@ class Filed(Gridded):
     filed_with: tuple[str, ...] = note(("front",))
     """All that were read with it."""
 
-    def __init__(
-        self,
-        *args: Any,
-        filed: Any = None,
-        filed_as: Iterable[str] = ("front",),
-        filed_with: Iterable[str] = ("front",),
-        stated_totals: Iterable[Total] = (),
-        **named: Any,
-    ):
+    def __init__(self, *args: Any, filed: Filing | None = None, stated_totals: Iterable[Total] = (), **named: Any):
         super().__init__(*args, **named)
-        self._hold(filed=filed, stated_totals=tuple(stated_totals))
-        self._hold(filed_as=tuple(filed_as), filed_with=tuple(filed_with))
+        content, read_as, read_with = filed or Filing()
+        self._hold(filed=content, filed_as=read_as, filed_with=read_with, stated_totals=tuple(stated_totals))
 
 
-def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:
+class Asked(NamedTuple):
+    """What a caller of a writer asked for: angles [degrees] by the file's words, the step, the channel."""
+
+    angles: Mapping[str, Sequence[float] | None]
+    step: float | None
+    channel: Any
+
+    @property
+    def own_angles(self) -> bool:
+        """Whether a table may keep its own."""
+        return self.step is None and all(x is None for x in self.angles.values())
+
+
+def as_filed(m: Reflectance, kind: type, asked: Asked) -> Any:
     """The content of the file that m was read from, if it is of this kind and m is unchanged since; else None.
 
-    None, too, where an option of the writer is not None. Raises ParameterError for a delta lobe and for maps, which no
-    table of f holds.
+    None, too, where something is asked for. Raises ParameterError for a delta lobe and for maps, which no table of f
+    holds.
     """
     parts = quarters(m)
     for part in parts.values():
         tabular_shape(part)
     first = next(iter(parts.values()), None)
-    if not isinstance(first, Filed) or not isinstance(first.filed, kind) or any(x is not None for x in asked):
+    if not isinstance(first, Filed) or not isinstance(first.filed, kind):
+        return None
+    if not asked.own_angles or asked.channel is not None:
         return None
     if m.sides == "front":
         return first.filed if {*first.filed_as} & {"front", "back"} else None
@@ -169,9 +185,9 @@ def on_grid(m: Reflectance, kind: str, axes: Mapping[str, np.ndarray]) -> np.nda
     return values_at(m, *angle_system(kind).directions(axes))
 
 
-def own_table(m: Reflectance, kind: str, asked: Sequence[Any]) -> tuple[Gridded, np.ndarray] | None:
+def own_table(m: Reflectance, kind: str, asked: Asked) -> tuple[Gridded, np.ndarray] | None:
     """A measurement on such axes and its f (grid..., C), where no angles are asked for; else None."""
-    if not isinstance(m, Gridded) or any(x is not None for x in asked):
+    if not isinstance(m, Gridded) or not asked.own_angles:
         return None
     if tuple(m.axes) != angle_system(kind).axes(m.is_oriented()):
         return None
@@ -261,13 +277,20 @@ def reflected(theta: np.ndarray, phi: np.ndarray, table: np.ndarray) -> float:
 
 
 class Angles(NamedTuple):
-    """Lists [degrees] that writers use by default: `circle` without its end, `turns` every few of its steps."""
+    """Lists [degrees] that writers use by default: `circle` without its end, `turns` every few of its steps, `side` the
+    half circle of isotropic materials and the circle of others; and the step of theta_o."""
 
     theta_i: list[float]
     theta_o: list[float]
     half: list[float]
     circle: list[float]
     turns: list[float]
+    side: list[float]
+    step: float
+
+    def to_grazing(self) -> list[float]:
+        """theta_o up to 89 degrees."""
+        return [*(x for x in self.theta_o if x < 89.0), 89.0]
 
 
 OWN = 90  # most polar angles of a measurement that take the place of default ones
@@ -284,19 +307,41 @@ Channel = Annotated[
 ]
 
 
-def default_angles(m: Reflectance, asked: float | None, anisotropic: bool) -> Angles:
-    """theta_o every so many degrees (5 if not given), theta_i and azimuths every two of them, turns of the sample some
-    30; but if no step is asked for, the polar angles of a measurement are its own. Raises TooLargeError where so many
-    angles do not fit into memory."""
-    step = USUAL if asked is None else asked
-    fits(85.0 / step * (40.0 / step) * (180.0 / step) * (12 if anisotropic else 1), f"{step=}")
+def asked_or_usual(layout: Layout, parts: Sequence[Reflectance], asked: Asked) -> tuple[dict[str, list[float]], bool]:
+    """Angles of a written model [degrees], by the file's words, those asked for or the layout's usual ones; and whether
+    the sample is turned: parts are anisotropic, or such angles asked for.
+
+    Usual are theta_o every so many degrees (5 if not given), theta_i and azimuths every two of them, turns of the
+    sample some 30; but if no step is asked for, the polar angles of a measurement are its own. Raises TooLargeError
+    where so many angles do not fit into memory.
+    """
+    words = {axis.name: word for word, axis in layout.axes.items()}
+    oriented = asked.angles.get(words.get("phi_i", "")) is not None or not all(m.is_isotropic() for m in parts)
+    if oriented and "phi_i" not in words:
+        raise ParameterError(f"{parts[0]!r:.80}: is anisotropic, and the format holds isotropic materials only")
+    step = USUAL if asked.step is None else asked.step
+    fits(85.0 / step * (40.0 / step) * (180.0 / step) * (12 if oriented else 1), f"{step=}")
     count = max(4, 2 * round(90.0 / step))
     circle = (np.arange(count) * (360.0 / count)).round(9).tolist()
     half, turns = [*circle[: count // 2], 180.0], circle[:: max(1, round(count / 12))]
-    own = own_nodes(m) if asked is None else {}
+    own = own_nodes(parts[0]) if asked.step is None else {}
     polar = {name: plain_text.degrees(x).tolist() for name, x in own.items() if len(x) <= OWN}
-    theta_i = polar.get("theta_i", steps(80.0, min(2.0 * step, 80.0)))
-    return Angles(theta_i, polar.get("theta_o", steps(85.0, step)), half, circle, turns)
+    theta_i = asked.angles.get(words["theta_i"]) or polar.get("theta_i", steps(80.0, min(2.0 * step, 80.0)))
+    theta_o = polar.get("theta_o", steps(85.0, step))
+    usual = Angles(list(theta_i), theta_o, half, circle, turns, circle if oriented else half, step)
+    axes = {word: axis for word, axis in layout.of(oriented).items() if axis.usual is not None}
+    angles = {word: list(asked.angles.get(word) or axis.usual(usual)) for word, axis in axes.items() if axis.usual}
+    alone = {word: [axis.alone] for word, axis in axes.items() if axis.name == "phi_i" and not oriented}
+    return angles | alone, oriented
+
+
+def tabulated(layout: Layout, m: Reflectance, asked: Asked) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
+    """Axes [rad], f (grid..., C), and whether they are mirrored: of a measurement on such axes its own, where no angles
+    are asked for, else at `asked_or_usual` ones of the whole circle."""
+    if own := own_table(m, layout.system, asked):
+        return own[0].axes, own[1], own[0].is_mirrored
+    axes = layout.nodes(*asked_or_usual(layout, [m], asked))
+    return axes, on_grid(m, layout.system, axes), False
 
 
 def steps(last: float, step: float) -> list[float]:

@@ -15,7 +15,7 @@ from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
 from ...numerics.unique_rows import first_alike
 from ...tables.gridded import Gridded
-from ...tables.rows import ROW_ANGLES
+from ...tables.rows import ROW_ANGLES, as_grid, oriented
 from ...tables.scattered import Scattered, gridded_or_scattered
 from .. import _sides
 from .._reading import channel_words
@@ -118,11 +118,11 @@ def material(
         kept = (pairs if len(which) == len(angles) else pairs.only(which))._replace(angles=own)
         if not np.isfinite(kept.values).any():
             raise FormatError(f"{path}: holds no value that is a number, expected at least one measurement")
-        _refuse_all_twice(kept, which, path)
-        measurement = _measurement(kept, path, more, isotropic, outside)
-        if isinstance(measurement, Scattered):
-            _refuse_copies(kept, which, path, more, isotropic, outside)
-        parts[name] = measurement
+        named = {"outside": outside, "path": path, "about": more}
+        try:
+            parts[name] = _grid_or_rows(kept, which, isotropic, named)
+        except ParameterError as error:
+            raise FormatError(f"{path}: {error}") from None
     return _sides.joined(parts, side)
 
 
@@ -147,39 +147,31 @@ def seen_from(quarter: str, angles: np.ndarray) -> np.ndarray:
     return np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)
 
 
-def _measurement(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: bool | None, outside: str) -> Gridded:
-    theta_i, phi_i, theta_o, phi_o = pairs.angles.T
-    options: dict[str, Any] = {"quantity": pairs.quantity, "uncertainty": pairs.uncertainty, "channels": pairs.channels}
-    options |= {"isotropic": isotropic, "outside": outside, "path": path, "about": about}
-    try:
-        table = _as_grid(pairs, path, about, isotropic, outside)
-        return table or gridded_or_scattered(theta_i, phi_i, theta_o, phi_o, pairs.values, **options)
-    except ParameterError as error:
-        raise FormatError(f"{path}: {error}") from None
+def _grid_or_rows(pairs: Pairs, numbers: np.ndarray, isotropic: bool | None, named: dict[str, Any]) -> Gridded:
+    """The grid that the pairs fill, else `Scattered`. `numbers`: of the rows in the file; `named`: outside, path and
+    about.
 
-
-def _refuse_all_twice(pairs: Pairs, numbers: np.ndarray, path: str) -> None:
-    """Raises FormatError if every row has copies; so has the first then. `numbers`: of the rows in the file."""
-    rows = np.column_stack(pairs.numbers())
-    if not (rows[1:] == rows[0]).all(axis=1).any():
-        return
-    pair, once, all_twice = repeated(rows)
-    if pair is not None and all_twice and len(once) > 1:
-        first, again = (int(numbers[k]) + 1 for k in pair)
-        raise FormatError(f"{path}: every row is there several times: row {again} repeats row {first}; remove copies")
-
-
-def _refuse_copies(pairs: Pairs, numbers: np.ndarray, path: str, *more: Any) -> None:
-    """Raises FormatError if the rows fill a grid without their copies.
-
-    A few equal rows in no grid are taken for measurements, and count as their mean. `numbers`: of the rows in the file.
+    Raises FormatError if every row has copies, and if the rows fill a grid without theirs: a few equal rows in no grid
+    are taken for measurements, and count as their mean.
     """
-    pair, once, _ = repeated(np.column_stack(pairs.numbers()))
-    if pair is None:
-        return
-    first, again = (int(numbers[k]) + 1 for k in pair)
-    if not isinstance(_measurement(pairs.only(once), path, *more), Scattered):
-        raise _copy_of_node(path, first, again)
+    rows, path, copies = np.column_stack(pairs.numbers()), named["path"], None
+    if (rows[1:] == rows[0]).all(axis=1).any():  # if every row has copies the first one has
+        copies = repeated(rows)
+        if copies.are_all and len(copies.once) > 1:
+            first, again = (int(numbers[k]) + 1 for k in copies.pair)
+            fault = f"every row is there several times: row {again} repeats row {first}; remove copies"
+            raise FormatError(f"{path}: {fault}")
+    if (table := _as_grid(pairs, isotropic, named)) is not None:
+        return table
+    options = {"quantity": pairs.quantity, "uncertainty": pairs.uncertainty, "channels": pairs.channels, **named}
+    theta_i, phi_i, theta_o, phi_o = pairs.angles.T
+    measurement = gridded_or_scattered(theta_i, phi_i, theta_o, phi_o, pairs.values, isotropic=isotropic, **options)
+    if isinstance(measurement, Scattered) and (copies := copies or repeated(rows)).pair:
+        once = pairs.only(copies.once)
+        four = oriented(once.angles) if isotropic is None else not isotropic
+        if as_grid(once.angles, four) is not None or _as_grid(once, isotropic, named) is not None:
+            raise _copy_of_node(path, *(int(numbers[k]) + 1 for k in copies.pair))
+    return measurement
 
 
 def _copy_of_node(path: str, first: int, again: int) -> FormatError:
@@ -189,19 +181,27 @@ def _copy_of_node(path: str, first: int, again: int) -> FormatError:
     )
 
 
-def repeated(rows: np.ndarray) -> tuple[tuple[int, int] | None, np.ndarray, bool]:
-    """The first row (n, k) that repeats an earlier one: the numbers of both, from 0, or None; the numbers of the rows
-    that repeat none; and whether every row occurs several times. NaN equals NaN here, and 0 equals -0."""
+class Copies(NamedTuple):
+    """The numbers, from 0, of the first row that repeats an earlier one and of this, or (); those of the rows that
+    repeat none; and whether every row occurs several times."""
+
+    pair: tuple[int, ...]
+    once: np.ndarray
+    are_all: bool
+
+
+def repeated(rows: np.ndarray) -> Copies:
+    """Of rows (n, k). NaN equals NaN here, and 0 equals -0."""
     earliest = first_alike(rows)
     is_first = earliest == np.arange(len(rows))
     once, again = np.flatnonzero(is_first), np.flatnonzero(~is_first)
     if not len(again):
-        return None, once, False
+        return Copies((), once, False)
     count = np.bincount(earliest)
-    return (int(earliest[again[0]]), int(again[0])), once, bool((count[once] > 1).all())
+    return Copies((int(earliest[again[0]]), int(again[0])), once, bool((count[once] > 1).all()))
 
 
-def _as_grid(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: bool | None, outside: str) -> Gridded | None:
+def _as_grid(pairs: Pairs, isotropic: bool | None, named: dict[str, Any]) -> Gridded | None:
     """The grid with a row for every node, also where several nodes are the same direction along the normal."""
     theta_i, phi_i, theta_o, phi_o = pairs.angles.T
     columns = {"theta_i": theta_i, "theta_o": theta_o, "phi_i": phi_i, "phi_o": phi_o}
@@ -213,7 +213,7 @@ def _as_grid(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: bool 
         if -math.pi - 1e-6 <= phi.min() and phi.max() <= 0.0:
             phi = 0.0 - phi
         columns = {"theta_i": theta_i, "theta_o": theta_o, "phi": phi}
-        about = {**about, "phi_i": float(phi_i[0])} if phi_i[0] else about
+        named = {**named, "about": {**named["about"], "phi_i": float(phi_i[0])}} if phi_i[0] else named
     if (axes_and_order := grid(columns)) is None:
         return None
     axes, order = axes_and_order
@@ -221,7 +221,7 @@ def _as_grid(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: bool 
     if any(np.ptp(nodes) > 2.0 * math.pi + 1e-6 or np.abs(nodes).max() > 4.0 * math.pi for nodes in turns):
         return None
     mirrored = "phi" in axes and half_circle(axes["phi"])
-    return gridded("angles", axes, order, pairs, mirrored=mirrored, outside=outside, path=path, about=about)
+    return gridded("angles", axes, order, pairs, mirrored=mirrored, **named)
 
 
 def half_circle(nodes: np.ndarray) -> bool:
@@ -257,6 +257,6 @@ def grid_of(
     axes_and_order = grid(columns)
     if axes_and_order is None:
         pair, once, _ = repeated(np.column_stack([*columns.values(), *pairs.numbers()]))
-        if pair is not None and grid({name: column[once] for name, column in columns.items()}) is not None:
+        if pair and grid({name: column[once] for name, column in columns.items()}) is not None:
             raise _copy_of_node(path, pair[0] + 1, pair[1] + 1)
     return axes_and_order

@@ -34,6 +34,7 @@ SUFFIXES = (".alta", ".dat", ".data", ".txt")
 SHARED_SUFFIX = True
 DESCRIPTION = "rows of a parametrisation and values, text or binary (ALTA)"
 ORACLE = "own generator only"
+NO_LAYOUT = "columns are functions of all angles: `PARAMETERS` has them with their inverses"
 
 QUANTITIES = {
     "INV_STERADIAN": "brdf",

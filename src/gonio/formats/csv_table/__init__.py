@@ -1,4 +1,4 @@
-"""CSV tables of measurements: gonio's own, and laboratories' exports. `LAYOUT` describes both.
+"""CSV tables of measurements: gonio's own, and laboratories' exports. `GRAMMAR` describes both.
 
 Checked against its own generator only, as it is defined here.
 """
@@ -35,9 +35,10 @@ NAME = "CSV"
 SUFFIXES = (".csv",)
 DESCRIPTION = "table of angles and values with named columns, gonio's own"
 ORACLE = "own definition"
+NO_LAYOUT = "columns in any order, by gonio's own names: see `GRAMMAR`"
 TRANSMITS = True
 
-LAYOUT = """\
+GRAMMAR = """\
 Lines `# key: value`, then a line of column names, then rows of numbers; separated by commas, semicolons (then a comma
 may be the decimal point), tabs, bars or blanks. Columns, in any order and case:
 

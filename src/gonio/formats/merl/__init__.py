@@ -30,9 +30,9 @@ from ...formula.fields import Ours, channels, kept, option, table
 from ...formula.state import state
 from ...formula.warp import cosine_hemisphere, cosine_hemisphere_density
 from ...pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
-from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded
 from ...tables.nodes import f_at
+from .._layout import CHANNEL, Axis, Layout
 from .._reading import large_tables
 from .cells import ALBEDO, ROW, SCALE, SHAPES, N, bordered, centres, is_valid, rings
 
@@ -44,6 +44,7 @@ SUFFIXES = (".binary",)
 DESCRIPTION = "isotropic RGB on half and difference angles (Matusik et al. 2003)"
 ORACLE = "own files from the published description; length and sha256 of the published files"
 
+LAYOUT = Layout("half_difference", {"plane": CHANNEL, **{name: Axis(name) for name in ("theta_h", "theta_d", "phi_d")}})
 AXES = {"theta_h": "half angle", "theta_d": "difference angle", "phi_d": "azimuth of wi about the half vector"}
 HEADER = 12
 
@@ -133,7 +134,7 @@ class MERL(Measured):
         periods = {"phi_d": math.radians(self.phi_cells)}
         interpolation = "linear" if self.interpolation == "trilinear" else "nearest"
         return Gridded(
-            self.parameterisation, self.axes, Ours(np.moveaxis(f, 0, -1)), channels=tuple("RGB"), periods=periods,
+            self.parameterisation, self.axes, Ours(LAYOUT.table(f, False)), channels=tuple("RGB"), periods=periods,
             interpolation=interpolation, about={"made_of": repr(self), **self.about},
         )  # fmt: skip
 
@@ -296,10 +297,7 @@ def _tabulated(m: Reflectance, phi_cells: int) -> np.ndarray:
         )
     to_rgb = rgb_of(names) if colours else None
     raw = np.empty((3, N, N, phi_cells))
-    theta_h, theta_d, phi_d = centres(phi_cells)
-    for i in range(0, N, 10):
-        rows = slice(i, i + 10)
-        pairs = SYSTEMS["half_difference"].pairs(theta_h[rows, None, None], theta_d[:, None], phi_d)
+    for rows, pairs in LAYOUT.blocks(dict(zip(AXES, centres(phi_cells), strict=True)), rows=10):
         f = with_channels(f_at(m, *pairs), 3)
         f = f if to_rgb is None else f @ to_rgb
         raw[:, rows] = np.moveaxis(np.where(is_valid(f), f / np.array(SCALE), -1.0), -1, 0)

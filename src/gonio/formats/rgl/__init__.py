@@ -30,6 +30,7 @@ SUFFIXES = (".bsdf",)
 SHARED_SUFFIX = True
 DESCRIPTION = "tensor file of the RGL material database, rgb or spectral, isotropic or anisotropic"
 ORACLE = "Mitsuba 3 `measured`; two real files (isotropic, rgb)"
+NO_LAYOUT = "half vectors at other nodes for each wi: `writer.fields` chooses them"
 
 KINDS = ("_cells", "_rows", "_conditional", "_marginal", "_integral")
 """Endings of the names of the tables that `table_warp.tables` makes of a density."""

@@ -36,6 +36,7 @@ SUFFIXES = (".bsdf", ".bsdf.gz")
 SHARED_SUFFIX = True
 DESCRIPTION = "Fourier BSDF of layered materials (layerlab, pbrt-v3), also gzipped"
 ORACLE = "real file, and the Beckmann conductor that it was computed from"
+NO_LAYOUT = "Fourier series by cosines, no angles"
 
 SAMPLES, LEAST_SAMPLES = 8, 32
 """Intervals of the tables that are looked up, along half a circle: per order, and at least."""

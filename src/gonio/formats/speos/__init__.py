@@ -41,17 +41,20 @@ from ...base.reflectance import Reflectance
 from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
 from ...models import sheet
+from .._layout import CHANNEL, Axis, Layout
 from .._optical.angle_tables import (
+    Asked,
     Channel,
     Filed,
+    Filing,
     IncidentAngles,
     OutgoingAngles,
     Step,
     as_filed,
     as_lit,
+    asked_or_usual,
     at_azimuths,
     channel_named,
-    default_angles,
     mirrored_x,
     own_table,
     reflected,
@@ -69,6 +72,16 @@ DESCRIPTION = "Ansys Speos (OPTIS) text: .brdf by wavelength, .anisotropicbsdf b
 ORACLE = "own generator, written from Ansys' manual; parts of two real files"
 
 TRANSMITS = True
+LAYOUT = Layout(
+    "angles",
+    {
+        "sample": Axis("phi_i", 180.0, usual=lambda usual: usual.turns),
+        "incidence": Axis("theta_i", usual=lambda usual: usual.theta_i),
+        "wavelength": CHANNEL,
+        "theta": Axis("theta_o", usual=lambda usual: usual.to_grazing()),
+        "phi": Axis("phi", 180.0, usual=lambda usual: [*usual.circle, 360.0]),
+    },
+)
 SPECTRAL = 50  # largest growth, values over bytes of the file, by a spectrum that multiplies all tables
 
 
@@ -136,7 +149,7 @@ def _table(
     return Filed(
         "angles", axes, f, channels=names, mirrored=half,
         path=str(path), about={"comment": sheet.comment, "description": sheet.description, "start": sheet.start},
-        filed=sheet, filed_as=places, filed_with=read, stated_totals=totals,
+        filed=Filing(sheet, places, read), stated_totals=totals,
     )  # fmt: skip
 
 
@@ -184,18 +197,16 @@ def _scale(share: float, integral: float) -> float:
 def _isotropic(sheet: Sheet, part: Part) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[float, ...]]:
     scales = [_scale(table.share, _integral(sheet, table)) for table in part.tables]
     tables = [s * t.values * _unit(sheet, part) for s, t in zip(scales, part.tables, strict=True)]
-    theta, phi = part.tables[0].theta, part.tables[0].phi
-    f = np.array(tables).reshape(len(part.incidence[0]), len(part.spectrum), len(theta), len(phi))
-    phi, f = _about_light(phi, f.transpose(0, 2, 3, 1))
-    axes = {"theta_i": np.radians(part.incidence[0]), "theta_o": np.radians(theta), "phi": np.radians(phi)}
-    return axes, f, tuple(part.spectrum[:, 0].tolist())
+    f = np.array(tables).reshape(1, len(part.incidence[0]), len(part.spectrum), *tables[0].shape)
+    return *_about_light(part, f), tuple(part.spectrum[:, 0].tolist())
 
 
-def _about_light(phi: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Azimuths from that of wi, and f (theta_i, theta_o, phi, ...) by them; one side stays one side."""
-    if phi[0] >= 0.0 and phi[-1] <= 180.0:
-        return 180.0 - phi[::-1], f[:, :, ::-1]
-    return phi + 180.0, f
+def _about_light(part: Part, f: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Axes [rad], and f (theta_i, theta_o, phi, C), of f with the axes of `LAYOUT`; one side stays one side."""
+    phi = part.tables[0].phi
+    angles: dict[str, Any] = {"incidence": part.incidence[0], "theta": part.tables[0].theta, "phi": phi}
+    axes, f, _ = LAYOUT.read(angles, f, bool(phi[0] >= 0.0 and phi[-1] <= 180.0))
+    return axes, f
 
 
 def _anisotropic(
@@ -204,17 +215,13 @@ def _anisotropic(
     first = part.incidence[0]
     if any(incidence != first for incidence in part.incidence):
         raise FormatError(f"{path}: angles of incidence differ between angles of the sample, expected the same")
-    theta, phi = part.tables[0].theta, part.tables[0].phi
-    grid = np.array([t.values for t in part.tables]).reshape(len(part.turns), len(first), len(theta), len(phi))
+    tables = np.array([t.values for t in part.tables])
+    grid = tables.reshape(len(part.turns), len(first), 1, *tables.shape[1:])
     base = grid * _unit(sheet, part) * _scale(100.0, _reference(sheet, part))
     shares, names = _shares(path, part, wavelengths, base.size)
-    f = base[..., None] * shares
-    if len(part.turns) == 1:
-        phi, f = _about_light(phi, f[0])
-        axes: dict[str, Any] = {"theta_i": first, "theta_o": theta, "phi": phi}
-    else:
-        axes, f = _oriented(path, part, phi, f)
-    return {name: np.radians(x) for name, x in axes.items()}, f if names else f[..., 0], names
+    f = base * shares[:, None, None]
+    axes, f = _about_light(part, f) if len(part.turns) == 1 else _oriented(path, part, f)
+    return axes, f if names else f[..., 0], names
 
 
 def _reference(sheet: Sheet, part: Part) -> float:
@@ -242,16 +249,18 @@ def _shares(
     return shares / 100.0, tuple(nm.tolist())
 
 
-def _oriented(path: Path, part: Part, phi: np.ndarray, f: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
-    """Axes [degrees] with phi_o for phi, and f (theta_i, theta_o, phi_i, phi_o, C): phi_o = phi + sample's angle."""
+def _oriented(path: Path, part: Part, f: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Axes [rad] with phi_o for phi, and f (theta_i, theta_o, phi_i, phi_o, C): phi_o = phi + sample's angle."""
+    phi = part.tables[0].phi
     around = phi[:-1] if len(phi) > 1 and abs(phi[-1] - phi[0] - 360.0) < 1e-9 else phi
     turned = [np.mod(np.round(around + turn, 9), 360.0) for turn in part.turns]
     phi_o = np.unique(np.concatenate(turned))
     if f[0].size * len(part.turns) * len(phi_o) > len(phi) * SPECTRAL * path.stat().st_size:
         raise FormatError(f"{path}: phi and angles of the sample make {len(phi_o)} azimuths; resample to one step")
-    rows = [at_azimuths(phi_o, nodes, row) for nodes, row in zip(turned, f, strict=True)]
-    axes = {"theta_i": part.incidence[0], "theta_o": part.tables[0].theta, "phi_i": np.array(part.turns) + 180.0}
-    return {**axes, "phi_o": phi_o}, np.array(rows).transpose(1, 2, 0, 3, 4)
+    rows = [at_azimuths(phi_o, nodes, row) for nodes, row in zip(turned, np.moveaxis(f, 2, -1), strict=True)]
+    phi_i = LAYOUT.axes["sample"].of_file(np.array(part.turns))
+    axes = {"theta_i": part.incidence[0], "theta_o": part.tables[0].theta, "phi_i": phi_i, "phi_o": phi_o}
+    return {name: np.radians(x) for name, x in axes.items()}, np.array(rows).transpose(1, 2, 0, 3, 4)
 
 
 def write(
@@ -285,29 +294,21 @@ def write(
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
-    angles = (theta_i, theta_o, phi, phi_i)
-    sheet = as_filed(m, Sheet, *angles, step, channel, wavelengths)
+    asked = Asked({"sample": phi_i, "incidence": theta_i, "theta": theta_o, "phi": phi}, step, channel)
+    sheet = as_filed(m, Sheet, asked) if wavelengths is None else None
     if sheet is None or sheet.is_anisotropic != anisotropic:
-        sheet = _new(m, path, anisotropic, angles, step, channel, wavelengths)
+        sheet = _new(m, anisotropic, asked, wavelengths)
     plain_text.write(path, written(sheet))
 
 
-def _new(
-    m: Reflectance,
-    path: Path,
-    anisotropic: bool,
-    angles: tuple,
-    step: float | None,
-    channel: Any,
-    wavelengths: Sequence[float] | None,
-) -> Sheet:
+def _new(m: Reflectance, anisotropic: bool, asked: Asked, wavelengths: Sequence[float] | None) -> Sheet:
     """A new file of reflection, of transmission, or of both."""
     sheets = {}
     for quarter, part in same_from_both(m, NAME).items():
         seen = as_lit(part) if quarter == "forward" else part
-        f, axes = _sampled(seen, anisotropic, angles, step)
-        f, names = _spectrally(seen, f, channel, wavelengths, anisotropic)
-        sheets[quarter] = _made_of(f, axes, names, anisotropic)
+        angles, values = _sampled(seen, anisotropic, asked)
+        f, names = _spectrally(seen, np.moveaxis(values, 2, -1), asked.channel, wavelengths, anisotropic)
+        sheets[quarter] = _made_of(np.moveaxis(f, -1, 2), angles, names, anisotropic)
     parts = {name: sheets[quarter].parts["reflection"] for name, quarter in HELD.items() if quarter in sheets}
     if len({(tuple(p.incidence[0]), p.spectrum[:, 0].tobytes()) for p in parts.values()}) > 1 and not anisotropic:
         raise ParameterError(
@@ -318,29 +319,18 @@ def _new(
     return next(iter(sheets.values()))._replace(parts=parts)
 
 
-def _sampled(
-    m: Reflectance, anisotropic: bool, angles: tuple, step: float | None
-) -> tuple[np.ndarray, dict[str, list[float]]]:
-    """f (phi_i, theta_i, theta_o, phi, C) and angles of the file [degrees]."""
-    if (own := own_table(m, "angles", (*angles, step))) and not own[0].is_oriented():
-        table, f = own
-        theta_i, theta_o, phi = (plain_text.degrees(x) for x in table.axes.values())
-        phi, f = _about_light(phi, f) if table.is_mirrored else (np.round(phi - 180.0, 9), f)
-        axes = {"theta_i": theta_i.tolist(), "theta_o": theta_o.tolist(), "phi": phi.tolist()}
-        return f[None], {"phi_i": [180.0], **axes}
-    theta_i, theta_o, phi, phi_i = angles
-    isotropic = phi_i is None and m.is_isotropic()
-    if not anisotropic and not isotropic:
+def _sampled(m: Reflectance, anisotropic: bool, asked: Asked) -> tuple[dict[str, list[float]], np.ndarray]:
+    """Angles of the file [degrees], and f with the axes of `LAYOUT`."""
+    if (own := own_table(m, "angles", asked)) and not own[0].is_oriented():
+        return LAYOUT.written(own[0].axes, own[1], own[0].is_mirrored)
+    if not anisotropic and (asked.angles["sample"] is not None or not m.is_isotropic()):
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")
-    usual = default_angles(m, step, not isotropic)
-    axes = {
-        "phi_i": phi_i or ([180.0] if isotropic else usual.turns),
-        "theta_i": theta_i or usual.theta_i,
-        "theta_o": theta_o or [*(x for x in usual.theta_o if x < 89.0), 89.0],
-        "phi": phi or [*usual.circle, 360.0],
-    }
-    light, incidence, polar, away = (np.radians(x) for x in np.meshgrid(*axes.values(), indexing="ij"))
-    return values_at(m, direction(incidence, light), direction(polar, away + light + math.pi)), axes
+    angles, oriented = asked_or_usual(LAYOUT, [m], asked)
+    turns = angles["sample"] if oriented else [180.0]  # phi_i, as callers give it
+    nodes = np.meshgrid(turns, *(angles[word] for word in ("incidence", "theta", "phi")), indexing="ij")
+    light, incidence, polar, away = (np.radians(x) for x in nodes)
+    f = values_at(m, direction(incidence, light), direction(polar, away + light + math.pi))
+    return {**angles, "sample": [np.round(x - 180.0, 9) for x in turns]}, np.moveaxis(f, -1, 2)
 
 
 def _spectrally(
@@ -360,16 +350,13 @@ def _spectrally(
     return f, [float(n) for n in nm]
 
 
-def _made_of(f: np.ndarray, axes: dict[str, list[float]], names: list[float], anisotropic: bool) -> Sheet:
-    theta, phi = np.array(axes["theta_o"]), np.array(axes["phi"])
-    values = np.nan_to_num(f)
-    by_table = values[..., 0] if anisotropic else values[0].transpose(0, 3, 1, 2)
-    by_table = by_table.reshape(-1, len(theta), len(phi))
+def _made_of(f: np.ndarray, angles: dict[str, list[float]], names: list[float], anisotropic: bool) -> Sheet:
+    theta, phi = np.array(angles["theta"]), np.array(angles["phi"])
+    by_table = np.nan_to_num(f).reshape(-1, len(theta), len(phi))
     sheet = Sheet(ANISOTROPIC if anisotropic else BRDF, "written by gonio", "", [1.0, 0.0, 0.0], True, {})
     shares = [100.0 * _integral(sheet, Table(0.0, theta, phi, table)) for table in by_table]
     tables = [Table(s, theta, phi, table) for s, table in zip(shares, by_table, strict=True)]
     spectrum = np.array([[380.0, shares[0]], [780.0, shares[0]]] if anisotropic else [[nm] for nm in names])
-    turns = [np.round(p - 180.0, 9) for p in axes["phi_i"]]
-    incidence = [axes["theta_i"]] * len(turns)
-    part = Part(turns, incidence, [axes["theta_i"][0], turns[0]], "Reflection Spectrum", spectrum, tables)
+    turns, first = angles["sample"], angles["incidence"]
+    part = Part(turns, [first] * len(turns), [first[0], turns[0]], "Reflection Spectrum", spectrum, tables)
     return sheet._replace(parts={"reflection": part})

@@ -38,6 +38,7 @@ NAME = "WINDOW XML"
 SUFFIXES = (".xml",)
 DESCRIPTION = "BSDF of WINDOW and Radiance: Klems matrices and tensor trees"
 ORACLE = "Radiance (pyradiance 1.3.1), reading and writing"
+NO_LAYOUT = "means over cells: `KNOWN` has their edges for both ways"
 
 TRANSMITS = True
 
