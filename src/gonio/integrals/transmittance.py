@@ -7,7 +7,7 @@ from typing import Any
 from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..evaluate.labelled import takes_labels
-from .over_hemisphere import integral
+from .over_hemisphere import integrate
 
 
 @takes_labels("wi")
@@ -29,5 +29,5 @@ def transmittance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool 
     >>> print(gn.transmittance(glass, gn.direction([0.0, 1.0, 2.0], 0.0)).round(4))
     [0.9592 0.9177 0.0159]
     """
-    found = integral(m, wi, tolerance, sides="across")
+    found = integrate(m, wi, tolerance, sides="across")
     return found if error else found.value

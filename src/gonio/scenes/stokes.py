@@ -18,14 +18,14 @@ from ..base.results import Sample
 from ..errors import ParameterError
 from ..formula.direction import Direction, cross
 from ..formula.mueller import turn_to
-from ..integrals.illumination import check_channels
+from ..integrals.illumination import Points, check_channels
 from ..notebooks import repr_html
 from ..pictures.colour import LUMINANCE, transformed
 from ..pictures.image import Image
 from ..polarization import analyser, dop
 from ..polarization.axes import as_array
 from ..polarization.filters import polariser as filter_at
-from .by_arrays import Points, picture
+from .by_arrays import picture
 from .left_out import tell
 from .pixels import Pixels
 from .rendering import check, colours_of, lights_of, refuse_fluorescence, refuse_shadows
