@@ -19,7 +19,7 @@ from gonio.arrays.kinds import TOTAL
 from gonio.compile import cache_folder, plans, store
 from gonio.compile.llvm import codegen, machine
 from gonio.compile.llvm.program import EACH
-from gonio.compile.plans import Result, carry_out, prepare
+from gonio.compile.plans import Data, Result, carry_out, prepare
 from gonio.compile.threads import share
 from gonio.evaluate import batch, planning, tracing
 from gonio.evaluate.interpret import evaluate
@@ -77,7 +77,7 @@ def test_random_graphs(seed, monkeypatch):
     tables = [rng.normal(size=7), rng.normal(size=7)]
     results = [Result((node,), EACH, ()) for node in nodes]
     padded = [np.append(t, 0.0) for t in tables]
-    plan = prepare(graph, results, [(x, 3)], 1, padded, (500,), x.dtype)
+    plan = prepare(graph, results, Data([(x, 3)], 1, padded, (500,), x.dtype))
     graph, nodes = rewritten(graph, nodes, "float64")
     with np.errstate(all="ignore"):
         want = evaluate(graph, nodes, lambda a, c: x[:, c], tables, x.dtype)
@@ -144,7 +144,7 @@ def test_a_table_is_never_read_outside(dtype):
     table = np.arange(1.0, 8.0).astype(dtype)
     padded = np.append(table, table[:1] * 0)
     x = np.array([0, 3, 5, 6, 7, 8, 100, -1, -2, 2.0**28, -(2.0**28), 2.0**31 - 128, np.nan, np.inf], dtype)[:, None]
-    plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], [(x, 1)], 1, [padded] * 2, (len(x),), x.dtype)
+    plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], Data([(x, 1)], 1, [padded] * 2, (len(x),), x.dtype))
     entries = np.where(np.isfinite(x[:, 0]), x[:, 0], 0).astype(np.int64)
     for got, shift in zip(carry_out(plan, [x]), (0, 1, 0), strict=True):
         there = (entries >= 0) & (entries + shift < len(table))
@@ -178,7 +178,7 @@ def test_entries_that_lie_together(dtype, name):
     inside = np.arange(-min(*offsets, 0), count - max(offsets))
     wild = [-1.0, -5.0, count - 1.0, count, count + 3.0, 2.0**28, -(2.0**28), np.nan, np.inf, -np.inf]
     x = np.concatenate([inside, wild, np.arange(-70.0, 170.0)]).astype(dtype)[:, None]
-    plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], [(x, 1)], 1, [padded], (len(x),), x.dtype)
+    plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], Data([(x, 1)], 1, [padded], (len(x),), x.dtype))
     for got, offset in zip(carry_out(plan, [x]), offsets, strict=True):
         np.testing.assert_array_equal(got[: len(inside)], padded[inside + offset])
         assert (got != outside).all()
@@ -187,7 +187,7 @@ def test_entries_that_lie_together(dtype, name):
 GUARDED = """
 import ctypes, mmap, sys
 import numpy as np
-from gonio.compile.plans import Result, carry_out, prepare
+from gonio.compile.plans import Data, Result, carry_out, prepare
 from gonio.compile.llvm.program import EACH
 from gonio.trace.graph import INDEX, Graph
 
@@ -202,7 +202,7 @@ for dtype in (np.float32, np.float64):
         graph = Graph()
         index = graph.apply("to_index", graph.load(0, 0))
         nodes = [graph.take(0, graph.apply("add", index, graph.constant(k, INDEX))) for k in offsets]
-        plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], [(x, 1)], 1, [padded], (len(x),), x.dtype)
+        plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], Data([(x, 1)], 1, [padded], (len(x),), x.dtype))
         carry_out(plan, [x])
 """
 

@@ -98,7 +98,7 @@ def test_reciprocity_of_f_over_n2(m):
 def test_samples_add_up_to_integrals(m):
     """Weights of either side average to the integrals over it, with two numbers and with three."""
     for view in ALL_ROUND[1::2]:
-        exact = [integrate(m, view, 1e-5, incident=False, sides=sides) for sides in ("front", "across")]
+        exact = [integrate(m, view, 1e-5, incident=False, sides=sides).value for sides in ("front", "across")]
         for numbers, off in ((2, 4e-3), (3, 1e-2)):  # a lattice in three dimensions is as much coarser in each
             s = m.sample(np.broadcast_to(view, (1 << 16, 3)), lattice(1 << 16, numbers))
             same = s.wi[:, 2] * view[2] > 0.0
@@ -216,7 +216,7 @@ def test_across_measurements(polar, azimuths):
     np.testing.assert_allclose(gn.transmittance(sheet, there), gn.albedo(table, there), atol=2e-4)
     s = sheet.sample(np.broadcast_to(wo, (1 << 15, 3)), lattice(1 << 15, 3))
     through = (s.weight * (s.wi[:, 2:] < 0.0)).mean(axis=0)
-    np.testing.assert_allclose(through, integrate(table, wo, 1e-4, incident=False), rtol=1e-2)
+    np.testing.assert_allclose(through, integrate(table, wo, 1e-4, incident=False).value, rtol=1e-2)
 
 
 def test_seen_from_behind_directions_are_turned_about_y():

@@ -17,7 +17,7 @@ import numpy as np
 from gonio.compile import plans
 from gonio.compile.llvm import machine
 from gonio.compile.llvm.program import EACH
-from gonio.compile.plans import Plan, Result, carry_out, prepare
+from gonio.compile.plans import Data, Plan, Result, carry_out, prepare
 from gonio.trace.graph import REAL, Graph
 
 SIZES = (1, 3, 4, 7, 8, 15, 16, 17, 31, 32, 33, 64, 100, 1000, 4133)
@@ -46,7 +46,7 @@ def copying(x: np.ndarray) -> Plan:
     loads = [graph.load(0, c) for c in range(width)]
     positive = [graph.apply("gt", load, graph.constant(0.0, REAL)) for load in loads]
     results = [Result(tuple(loads[::-1]), EACH, (width,)), Result(tuple(positive), EACH, (width,))]
-    return prepare(graph, [*results, Result((loads[0],), EACH, ())], [(x, width)], 1, [], x.shape[:1], x.dtype)
+    return prepare(graph, [*results, Result((loads[0],), EACH, ())], Data([(x, width)], 1, [], x.shape[:1], x.dtype))
 
 
 def wrong(width: int, n: int, dtype: type, past: bool) -> int:

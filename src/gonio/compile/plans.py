@@ -84,23 +84,27 @@ class Plan(NamedTuple):
     keeper: Any  # owns the arrays whose addresses are in the words
 
 
-def prepare(
-    graph: Graph,
-    results: Sequence[Result],
-    arrays: Sequence[tuple[np.ndarray, int] | None],
-    brought: int,
-    tables: Sequence[np.ndarray],
-    shape: tuple[int, ...],
-    dtype: np.dtype,
-    single: bool = False,
-    adds: bool = False,
-) -> Plan:
-    """A plan to evaluate a graph over a batch of this shape.
+class Data(NamedTuple):
+    """What a graph is evaluated over: arrays that broadcast to the `shape` of a batch, and tables.
 
     `arrays`: (array, length of its vectors), whose other axes broadcast to `shape`; None for one that nothing reads.
-    `tables` are padded by one entry. The first `brought` arrays come with each call, in the same shapes and strides. A
-    result that is not stored for each element is stored once for the whole last axis. `single`, `adds`: see `Program`.
+    The first `brought` arrays come with each call, in the same shapes and strides. `tables` are padded by one entry.
     """
+
+    arrays: Sequence[tuple[np.ndarray, int] | None]
+    brought: int
+    tables: Sequence[np.ndarray]
+    shape: tuple[int, ...]
+    dtype: np.dtype
+
+
+def prepare(graph: Graph, results: Sequence[Result], data: Data, single: bool = False, adds: bool = False) -> Plan:
+    """A plan to evaluate a graph over data.
+
+    A result that is not stored for each element is stored once for the whole last axis. `single`, `adds`: see
+    `Program`.
+    """
+    arrays, brought, tables, shape, dtype = data
     views = [_View(1, (0,) * len(shape), 0) if x is None else _view(*x, len(shape)) for x in arrays]
     shapes = [shape if r.use == EACH else shape[1:] if r.use == ADDED else shape[:-1] for r in results]
     dtypes = [

@@ -207,9 +207,9 @@ def _few(m: Reflectance, channels: Channels, changes: np.ndarray) -> Channels:
 def _albedos(m: Reflectance, w: np.ndarray, channels: Channels, tolerance: float) -> np.ndarray:
     """Albedos (n, C)."""
     if isinstance(channels, list) and len(channels) < (m.channels or 1):
-        values = integrate(_of_channels(m, channels), w, tolerance).reshape(len(w), -1)
+        values = integrate(_of_channels(m, channels), w, tolerance).value.reshape(len(w), -1)
         return values if values.shape[1] == len(channels) else values[:, channels]  # not all tables can leave some out
-    return _picked(integrate(m, w, tolerance), len(w), channels)
+    return _picked(integrate(m, w, tolerance).value, len(w), channels)
 
 
 def _of_channels(m: Reflectance, channels: list[int]) -> Reflectance:

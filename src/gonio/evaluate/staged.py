@@ -17,7 +17,7 @@ from ..arrays import Fixed
 from ..arrays.kinds import VALUE
 from ..compile.llvm.program import EACH
 from ..compile.llvm.program import TOTAL as SUMMED
-from ..compile.plans import Plan, Result, carry_out, prepare, renewed
+from ..compile.plans import Data, Plan, Result, carry_out, prepare, renewed
 from ..compile.store import size
 from ..machine import memory
 from ..trace.graph import Graph
@@ -176,7 +176,8 @@ class _Making(NamedTuple):
         if two is not None:
             plain = [None if v is None else _plain(v, dtype) for v in self.leaves]
             results = [Result((node,), EACH, ()) for node in two.first]
-            shared = prepare(trace.graph, results, [*arrays, *plain], first, tables, batch, dtype, brief())
+            data = Data([*arrays, *plain], first, tables, batch, dtype)
+            shared = prepare(trace.graph, results, data, brief())
             between = [(np.empty((*batch, 1), dtype), 1)] * len(two.first)
         brought = [x and (_with_axis(x[0], place), x[1]) for x in (*arrays, *between)]
         needed = [*self.alone, *self.leaves]
@@ -189,7 +190,8 @@ class _Making(NamedTuple):
         graph, nodes = (two.second, two.outputs) if two else (trace.graph, [n for r in trace.results for n in r])
         results = [Result((node,), use, ()) for node in nodes]
         single = brief() or (place == BEHIND and dtype == np.float32)
-        return Parts(shared, prepare(graph, results, [*brought, *own], len(brought), tables, shape, dtype, single))
+        data = Data([*brought, *own], len(brought), tables, shape, dtype)
+        return Parts(shared, prepare(graph, results, data, single))
 
 
 def _numbers(value: Any) -> Any:

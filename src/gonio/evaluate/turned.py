@@ -16,7 +16,7 @@ import numpy as np
 from ..arrays.kinds import SQUARE, SUMMED
 from ..compile.llvm import machine
 from ..compile.llvm.program import ADDED
-from ..compile.plans import DTYPES, Result, carry_out, prepare
+from ..compile.plans import DTYPES, Data, Result, carry_out, prepare
 from .call import Call, Draft
 from .tracing import brief
 from .whole import Whole, arrays_of
@@ -40,8 +40,8 @@ class Turned(NamedTuple):
         arrays, _ = arrays_of(call, draft)
         results = [Result((node,), ADDED, ()) for nodes in trace.results for node in nodes]
         moved = [x and (_with_last_first(x[0], len(batch)), x[1]) for x in arrays]
-        shape = (batch[-1], *batch[:-1])
-        plan = prepare(trace.graph, results, moved, trace.inputs, draft.tables, shape, dtype, brief())
+        data = Data(moved, trace.inputs, draft.tables, (batch[-1], *batch[:-1]), dtype)
+        plan = prepare(trace.graph, results, data, brief())
         elements = tuple(task.elements(() if call.channels is None else (call.channels,)))
         of_sums = np.dtype(float)
         shapes = [(*batch[:-1], *element) for element in elements]

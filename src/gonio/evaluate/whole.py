@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays.kinds import COUNT, MATRIX, SQUARE, TOTAL, VALUE
 from ..compile.llvm.program import EACH, ONCE, SQUARED
 from ..compile.llvm.program import TOTAL as ADDED_UP
-from ..compile.plans import Plan, Result, carry_out, prepare, renewed
+from ..compile.plans import Data, Plan, Result, carry_out, prepare, renewed
 from ..compile.store import size
 from .call import Call, Draft, parameter, parameters, stored
 from .tracing import Trace, brief
@@ -39,8 +39,8 @@ class Whole(NamedTuple):
         uses = [_USES.get(kind, ONCE if as_axis else EACH) for kind in task.kinds]
         uses += uses[:1] * (len(elements) - len(uses))
         results = [Result(*parts) for parts in zip(trace.results, uses, elements, strict=True)]
-        args = trace.graph, results, arrays, trace.inputs, draft.tables, shape, dtype
-        return cls.around(prepare(*args, brief(), task.adds), trace, as_axis)
+        data = Data(arrays, trace.inputs, draft.tables, shape, dtype)
+        return cls.around(prepare(trace.graph, results, data, brief(), task.adds), trace, as_axis)
 
     @classmethod
     def around(cls, plan: Plan, trace: Trace, as_axis: bool = False) -> Self:

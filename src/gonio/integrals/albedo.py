@@ -18,7 +18,7 @@ from ..evaluate.labelled import takes_labels
 from . import by_arrays
 from .asked import Azimuth, Incidence, Tolerance, WithError, Zenith
 from .nine import kept_reflectance
-from .over_hemisphere import integral
+from .over_hemisphere import integrate
 
 
 @takes_labels("wi")
@@ -64,7 +64,7 @@ def kept_albedo(m: Reflectance, wi: Any, tolerance: float, error: bool = False) 
         if lib.shape(wi)[-1:] != (3,):
             raise ShapeError(f"albedo: got directions of shape {lib.shape(wi)}, expected (..., 3)")
         return by_arrays.albedo(m, wi, by_arrays.DEFAULT)
-    found = integral(m, wi, tolerance)
+    found = integrate(m, wi, tolerance)
     return found if error else found.value
 
 

@@ -16,7 +16,7 @@ from ..numerics.lattice import lattice
 from ..numerics.quadrature import Goal, Integrals, Sums, cubature, weighed
 from .cones import Geometry
 from .factor_between import FEW, INNER, averaged, single_integral, square_nodes
-from .illumination import estimate, have_channels
+from .illumination import Points, estimate, have_channels
 from .over_directions import Over
 from .places import Places
 
@@ -141,7 +141,7 @@ def _estimates(m: Reflectance, light: Any, wo: np.ndarray, u: np.ndarray) -> tup
     blocks, holes = [], 0
     for start in range(0, len(u), 1 << 17):
         part = slice(start, start + (1 << 17))
-        values, missing = estimate(m, light, _LOCAL, wo[part], _HERE, u[part], u[part])
+        values, missing = estimate(m, light, Points(_LOCAL, wo[part], _HERE, u[part], u[part]))
         by_sample = np.asarray(values).reshape(-1, values.shape[-1])  # the one place of the material left out
         blocks.append(np.broadcast_to(by_sample, (len(u[part]), by_sample.shape[-1])))
         holes += missing

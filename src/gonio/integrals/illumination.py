@@ -6,7 +6,7 @@ L_o(wo) = integral of L_i(wi) f(wi, wo) cos+(theta_i) dwi, exact for delta light
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -241,11 +241,11 @@ def _smooth(
     sides = ("front",) if m.sides == "front" else ("front", "across")
     if isinstance(light, ConstantLight):
         deep = len(batch.full_shape(m, wo.shape[:-1]))
-        seen = [with_channels(integrate(m, wo, tolerance, incident=False, sides=x), deep) for x in sides]
+        seen = [with_channels(integrate(m, wo, tolerance, incident=False, sides=x).value, deep) for x in sides]
         lit: np.ndarray = sum(seen[1:], seen[0]) * light.incident(np.array([[0.0, 0.0, 1.0]], wo.dtype))[0]
         return lit
     radiance = _from(light, _each(local, wo), _places(position, wo))
-    parts = [integrate(m, wo, tolerance, incident=False, radiance=radiance, sides=x) for x in sides]
+    parts = [integrate(m, wo, tolerance, incident=False, radiance=radiance, sides=x).value for x in sides]
     total: np.ndarray = sum(parts[1:], parts[0])
     return total
 
@@ -289,7 +289,7 @@ def _sampled(
         for start in range(0, samples, step):
             u = points[start : start + step]
             u = np.broadcast_to(u, (len(number), *u.shape))
-            part, holes = estimate(there, light, here, towards, at, u, u)
+            part, holes = estimate(there, light, Points(here, towards, at, u, u))
             part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
             total, missing = total + part.sum(axis=1), missing + holes
         return Integrals(total / samples, np.zeros(len(number)), np.zeros(len(number)))
@@ -306,22 +306,25 @@ def _sampled(
     return value.reshape(*batch.full_shape(m, shape), -1).astype(wo.dtype)
 
 
-def estimate(
-    m: Reflectance,
-    light: Light,
-    local: Frame,
-    wo: np.ndarray,
-    position: np.ndarray,
-    u: np.ndarray,
-    v: np.ndarray,
-    colour: np.ndarray | None = None,
-) -> tuple[np.ndarray, int]:
-    """One-sample estimates (..., C) of the radiance that a light with extent causes towards local wo (..., 3) at world
-    positions (..., 3), and the number of samples in directions without measured data (they count as 0).
+class Points(NamedTuple):
+    """Points that are seen: frames, directions to the viewer in these (..., 3), world positions (..., 3), and two pairs
+    of random numbers (..., 2)."""
 
-    Every lobe of the material is sampled with u (..., 2) and, where the light can be sampled, the light with v; the
-    two are combined by the balance heuristic. Delta lobes are exact. A material that transmits is sampled as a whole.
+    local: Frame
+    wo: np.ndarray
+    position: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+
+
+def estimate(m: Reflectance, light: Light, at: Points, colour: np.ndarray | None = None) -> tuple[np.ndarray, int]:
+    """One-sample estimates (..., C) of the radiance that a light with extent causes at points, and the number of
+    samples in directions without measured data (they count as 0).
+
+    Every lobe of the material is sampled with u and, where the light can be sampled, the light with v; the two are
+    combined by the balance heuristic. Delta lobes are exact. A material that transmits is sampled as a whole.
     """
+    local, wo, position, u, v = at
     lib = ops.library(wo)
     total: Any = 0.0
     missing = 0

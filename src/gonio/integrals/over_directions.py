@@ -48,7 +48,8 @@ class Over(NamedTuple):
 def over_directions(m: Reflectance, fixed: np.ndarray, places: Places, over: Over, goal: Goal) -> Integrals:
     """Integrals (n, C) of f cos over directions, for fixed ones (n, 3) at places, without delta lobes."""
     count = len(fixed)
-    goal = goal.of(count)
+    tolerance, unit = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in goal[:2])
+    goal = Goal(tolerance, unit, goal.side)
     lobes = [(places.values(w), lobe) for w, lobe in m.lobes() if not lobe.is_delta]
     value, error, missing = np.zeros((count, 1)), np.zeros(count), np.zeros(count)
     for weight, lobe in lobes:
@@ -158,8 +159,7 @@ class _Integrand(NamedTuple):
             found = of_squares(
                 self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))), half_vectors.HIGHEST[0]
             )
-            here = goal.at(finer)
-            allowed = here.tolerance * np.maximum(here.unit, np.abs(found.value).max(axis=-1))
+            allowed = goal.tolerance[finer] * np.maximum(goal.unit[finer], np.abs(found.value).max(axis=-1))
             done, smooth = ~(found.error > allowed), (found.error**2 < allowed) & (found.error < 0.1 * before[finer])
             groups.append((finer[done], Integrals(*(x[done] for x in found))))
             before[finer] = np.where(done, -1.0, found.error)

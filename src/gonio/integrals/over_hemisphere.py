@@ -46,7 +46,7 @@ class Integral(NamedTuple):
     error: Any
 
 
-def integral(
+def integrate(
     m: Reflectance,
     w: Any,
     tolerance: float = 1e-4,
@@ -74,18 +74,6 @@ def integral(
             parts.append(_integrate(seen, turned(w) if back else w, tolerance, incident, light, m))
     value, errors = (sum(x[1:], x[0]) for x in zip(*parts, strict=True))
     return Integral(value, errors)
-
-
-def integrate(
-    m: Reflectance,
-    w: Any,
-    tolerance: float = 1e-4,
-    incident: bool = True,
-    radiance: Radiance | None = None,
-    sides: str = "front",
-) -> Any:
-    """The value of `integral`."""
-    return integral(m, w, tolerance, incident, radiance, sides).value
 
 
 def turned(w: np.ndarray) -> np.ndarray:

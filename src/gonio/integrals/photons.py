@@ -15,7 +15,7 @@ from ..formula.direction import Direction
 from ..formula.fields import param
 from .albedo import kept_albedo
 from .asked import Incidence, Tolerance, WithError
-from .over_hemisphere import Integral, directions, integral
+from .over_hemisphere import Integral, directions, integrate
 
 
 @checked
@@ -37,7 +37,7 @@ def photon_albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, er
     >>> print(gn.photon_albedo(ink, [0, 0, 1]).round(4))  # 0.2 + 0.3 550/400
     [0.6125 0.6   ]
     """
-    found = integral(counted(m) if m.fluoresces else m, wi, tolerance)
+    found = integrate(counted(m) if m.fluoresces else m, wi, tolerance)
     return found if error else found.value
 
 
@@ -62,7 +62,7 @@ def reradiated_energy(m: Reflectance, wi: Any, tolerance: float, error: bool) ->
     light from behind."""
     wi = directions(wi, True)
     in_front = np.where(wi[..., 2:] > 0.0, wi, [0.0, 0.0, 1.0]).astype(wi.dtype)
-    R = integral(_Leaving(of=m, worth=1.0).sent(), in_front, tolerance)
+    R = integrate(_Leaving(of=m, worth=1.0).sent(), in_front, tolerance)
     value = np.where(wi[..., 2:] > 0.0, R.value, 0.0)
     return Integral(value, R.error) if error else value
 

@@ -8,7 +8,7 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..evaluate.labelled import takes_labels
 from .asked import Incidence, Tolerance, WithError
-from .over_hemisphere import integral
+from .over_hemisphere import integrate
 
 
 @takes_labels("wi")
@@ -30,5 +30,5 @@ def transmittance(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, er
     >>> print(gn.transmittance(glass, gn.direction([0.0, 1.0, 2.0], 0.0)).round(4))
     [0.9592 0.9177 0.0159]
     """
-    found = integral(m, wi, tolerance, sides="across")
+    found = integrate(m, wi, tolerance, sides="across")
     return found if error else found.value

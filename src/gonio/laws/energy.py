@@ -25,7 +25,7 @@ TOLERANCE = 1.0 + 1e-3  # the quadrature is asked for 5e-4
 def albedos(m: Reflectance, sides: str = "front") -> tuple[np.ndarray, np.ndarray]:
     """Directions (K, 3) of incidence and the albedos there (K, C); "across": the transmittances."""
     w = incidence(m)
-    return w, with_channels(integrate(m, w, tolerance=5e-4, sides=sides), 1)
+    return w, with_channels(integrate(m, w, tolerance=5e-4, sides=sides).value, 1)
 
 
 def law(m: Reflectance) -> Findings:

@@ -45,7 +45,7 @@ def law(m: Reflectance) -> Findings:
         yield Law("photons", False, lowest, 0.0, "min re-radiation = {value}", degrees(wi[at], wo[at]), why)
         return
     w = incidence(m)
-    sent = integrate(counted(m), w, tolerance=5e-4)
+    sent = integrate(counted(m), w, tolerance=5e-4).value
     value, (at, c) = largest(np.where(np.isnan(sent), np.inf, sent))
     why = f"{value:.4g} photons leave for each that arrives there{in_channel(m, c, sent.shape[-1])}"
     yield at_most("photons", value, TOLERANCE, "max photons = {value} <= {tolerance}", degrees(w[at]), why, placed=True)

@@ -99,11 +99,6 @@ class Goal(NamedTuple):
     unit: Any = 1.0
     side: int | None = None
 
-    def of(self, count: int) -> Goal:
-        """With numbers (n,)."""
-        tolerance, unit = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in self[:2])
-        return Goal(tolerance, unit, self.side)
-
     def at(self, rows: np.ndarray) -> Goal:
         """Of some of the integrals."""
         return Goal(self.tolerance[rows], self.unit[rows], self.side)
@@ -130,8 +125,8 @@ def cubature(
     Source   Gander & Gautschi 2000, BIT 40:84, for Lobatto's rule; Berntsen & Espelid 1991, ACM TOMS 17:233, for error
              estimates by rules that are zero for polynomials; the rest is derived here.
     """
-    goal = goal.of(count)
-    side = goal.side or _first_side(goal.tolerance.min(initial=1.0))
+    tolerance, unit = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in goal[:2])
+    side = goal.side or _first_side(tolerance.min(initial=1.0))
     todo = np.arange(count)
     groups: list[tuple[np.ndarray, Integrals]] = []
     for block, most in STAGES:
@@ -139,7 +134,7 @@ def cubature(
         for start in range(0, len(todo), block):
             rows = todo[start : start + block]
             cells = _first_cells(len(rows), side, seam, None if seeds is None else seeds[rows])
-            integrals, done = _refined(evaluate, rows, cells, goal.at(rows), most)
+            integrals, done = _refined(evaluate, rows, cells, Goal(tolerance[rows], unit[rows]), most)
             if block == STAGES[-1][0]:
                 done[:] = True
             groups.append((rows[done], Integrals(*(x[done] for x in integrals))))

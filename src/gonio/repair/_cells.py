@@ -162,7 +162,7 @@ def black_sky(m: Any) -> tuple[float, ...]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MissingDataWarning)  # these count as 0, as said above
         warnings.simplefilter("ignore", ToleranceWarning)  # before and after have the same error
-        albedos = integrate(m, direction(np.radians(ALBEDO_AT), 0.0), ALBEDO_TOLERANCE)
+        albedos = integrate(m, direction(np.radians(ALBEDO_AT), 0.0), ALBEDO_TOLERANCE).value
     return tuple(map(float, albedos.reshape(len(ALBEDO_AT), -1).mean(axis=-1)))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..base.reflectance import Reflectance
 from ..compile.threads import share
 from ..evaluate.computation import Computation, composite
 from ..formula.direction import Direction
-from ..integrals.illumination import delta_radiance, estimate, without_holes
+from ..integrals.illumination import Points, delta_radiance, estimate, without_holes
 from . import estimator
 from .passes import warn_of_holes
 from .pixels import Pixels
@@ -23,16 +23,6 @@ from .points import points, shifted
 
 TILE = 1 << 14  # samples of a tile, the part of a picture that a thread takes: few enough for a processor's cache
 BLOCK = 64  # channels up to which tiles are as large; with more they have so many fewer samples
-
-
-class Points(NamedTuple):
-    """Points that are seen: frames, directions to the camera in these, positions, and two pairs of random numbers."""
-
-    local: Frame
-    wo: np.ndarray
-    position: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
 
 
 def picture(
@@ -117,7 +107,7 @@ def reflected(
             if light.is_delta:
                 part, holes = without_holes(delta_radiance(m, light, at.local, at.wo, at.position, colour))
             else:
-                part, holes = estimate(m, light, at.local, at.wo, at.position, at.u, at.v, colour)
+                part, holes = estimate(m, light, at, colour)
             total, missing = total + part, missing + holes
         return total, missing
 
