@@ -249,7 +249,7 @@ def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> 
     angles = [x if ops.library_of_type(type(x)) is lib else lib.convert(x, like) for x in given]
     ops.broadcast_shape([lib.shape(x) for x in angles], ", ".join(named))
     theta_h, phi_h, theta_d, phi_d = angles
-    pair = components.from_half_difference(theta_h, theta_d, phi_d, phi_h)
+    pair = components.from_half_difference(theta_h, phi_h, theta_d, phi_d)
     return lib.stack(pair[0]), lib.stack(pair[1])
 
 

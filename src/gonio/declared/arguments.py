@@ -214,21 +214,22 @@ def checked(function: F) -> F:
     defaults = {name: p.default for name, p in parameters.items()}
     title = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
 
-    def fitting(name: str, value: Any) -> Any:
+    def fitting(name: str, value: Any, args: tuple[Any, ...], named: dict[str, Any]) -> Any:
         kind = kinds.get(name, Any)
         if kind is Any or value is defaults.get(name):
             return value
         with suppress(*UNFIT):
             return _fit(kind, value)
-        raise ParameterError(f"{title}({name}={shown(value)}): expected {_words(kind)}{_advice(kind, value)}")
+        advice = _swapped(name, kind, dict(zip(names, args, strict=False)) | named) or _advice(kind, value)
+        raise ParameterError(f"{title}({name}={shown(value)}): expected {_words(kind)}{advice}")
 
     @functools.wraps(function)
     def call(*args: Any, **named: Any) -> Any:
         rest = args[len(names) :]
-        args = tuple([fitting(name, value) for name, value in zip(names, args, strict=False)])
-        named = {name: fitting(name, value) for name, value in named.items()}
+        fit = tuple([fitting(name, value, args, named) for name, value in zip(names, args, strict=False)])
+        named = {name: fitting(name, value, args, named) for name, value in named.items()}
         try:
-            return function(*args, *rest, **named)
+            return function(*fit, *rest, **named)
         except TooLargeError:
             raise
         except MemoryError as error:
@@ -461,6 +462,14 @@ def _declared(kind: Any) -> Declared | None:
     """The declaration in a kind, or in one of its alternatives."""
     metadata = [x for of in (kind, *_alternatives(kind)) for x in getattr(of, "__metadata__", ())]
     return next((x for x in metadata if isinstance(x, Declared)), None)
+
+
+def _swapped(name: str, kind: Any, given: Mapping[str, Any]) -> str:
+    """What to say where another argument is what is expected of this one: a model in the place of the data."""
+    if not hasattr(kind, "noun"):
+        return ""
+    others = [other for other, value in given.items() if other != name and isinstance(value, kind)]
+    return f"; that is what {others[0]} is: are both in each other's place?" if len(others) == 1 else ""
 
 
 def _advice(kind: Any, value: Any) -> str:

@@ -88,7 +88,7 @@ def fit(
     1.distribution.alpha_x 0.2
     1.fresnel.F0 0.05
     """
-    problem = make_problem(data, model, loss, robust, by, per_channel, weights, theta_max)
+    problem = make_problem(data, model, loss, robust, (by, per_channel), weights, theta_max)
     warn_of_missing(problem.samples)
     return fitted(problem, starts, seed, solver)
 

@@ -19,7 +19,8 @@ from ..evaluate import batch
 from ..evaluate.squares import Squares, squares
 from ..evaluate.tracing import Task
 from ..formula.text import listed
-from .losses import LOSSES, ROBUST
+from .asked import By, LossName, ThetaMax
+from .losses import LOSSES
 from .residual import WIDTHS, costs, difference, scores
 from .samples import Samples, samples
 from .solver import Box
@@ -318,12 +319,12 @@ class Problem:
 def fit_problem(
     data: Any,
     model: Reflectance,
-    loss: str | None = None,
+    loss: LossName | None = None,
     *,
-    by: Iterable[str] | None = None,
+    by: By | None = None,
     per_channel: bool | Iterable[str] | None = None,
     weights: Any = None,
-    theta_max: float = math.pi / 2.0,
+    theta_max: ThetaMax = 0.5 * math.pi,
 ) -> Problem:
     """The problem that `fit` solves, for optimisers of others: residuals and derivatives; arguments as those of `fit`.
 
@@ -336,7 +337,7 @@ def fit_problem(
     >>> print(least_squares(problem.residuals, problem.x0, problem.jacobian).x.round(6))
     [0.3]
     """
-    return make_problem(data, model, loss, "none", by, per_channel, weights, theta_max)
+    return make_problem(data, model, loss, "none", (by, per_channel), weights, theta_max)
 
 
 def make_problem(
@@ -344,17 +345,18 @@ def make_problem(
     model: Reflectance,
     loss: str | None,
     robust: str,
-    by: Iterable[str] | None,
-    per_channel: bool | Iterable[str] | None,
+    fitted: tuple[Iterable[str] | None, bool | Iterable[str] | None],
     weights: Any,
     theta_max: float,
 ) -> Problem:
-    """The problem of data and a model. Raises what `fit` does."""
+    """The problem of data and a model; `fitted`: by, per_channel. Raises what `fit` does."""
+    if isinstance(data, Reflectance) and data.parameters and not model.parameters:
+        raise ParameterError(
+            f"data={data!r:.60}, model={model!r:.60}: the model has no parameters and the data have; expected the data "
+            f"first, gn.fit(data, model)"
+        )
     rows = samples(data, theta_max, weights)
     loss = ("cosine" if rows.u is None else "likelihood") if loss is None else loss
-    for name, word, known in (("loss", loss, LOSSES), ("robust", robust, ROBUST)):
-        if word not in known:
-            raise ParameterError(f"{name}={word!r:.60}: expected one of {listed([*known])}")
     if loss == "likelihood" and rows.u is None:
         raise ParameterError(
             "loss='likelihood': the data have no uncertainties; expected (wi, wo, f, u), or loss='cosine'"
@@ -368,7 +370,7 @@ def make_problem(
         what = "a perfect mirror" if model.has_delta else "it transmits light"
         raise ParameterError(f"{model!r:.80}: {what}; expected a model whose f is finite, of one side")
     try:
-        free = unknowns(model, rows.f.shape[1], by, per_channel)
+        free = unknowns(model, rows.f.shape[1], *fitted)
     except TraceError as error:
         raise ParameterError(f"{model!r:.80}: has no derivatives: {error}") from None
     single = rows.f.size > SINGLE

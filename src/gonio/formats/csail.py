@@ -73,7 +73,7 @@ class CSAIL(Unscanned):
         if half:
             stored = np.concatenate([stored, stored[:, :, ::-1]], axis=2)
         axes, about = _centres(raw.shape[1:], half), {"half": half, "scale": scale}
-        super().__init__("relative", axes, stored, ("R", "G", "B"), path, about)
+        super().__init__("relative", axes, stored, ("R", "G", "B"), path=path, about=about)
 
     @property
     def valid(self) -> np.ndarray:

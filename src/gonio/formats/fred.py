@@ -69,7 +69,7 @@ TRAVELS = LAYOUT.axes["phi_i"].shift
 """From where light comes from to where it goes, and back [degrees]."""
 
 
-class Sheet(NamedTuple):
+class FredFile(NamedTuple):
     """A file: the words after `format`, and rows (n, 5) of theta_i, phi_i, theta_s, phi_s and the number."""
 
     format: dict[str, str]
@@ -95,7 +95,7 @@ def read(path: str | os.PathLike) -> Gridded:
     if in_degrees is None or words.get("bsdf", "value").lower() != "value":
         raise lines.fault(" ".join(f"{k}={v}" for k, v in words.items()), "angles=deg bsdf=value")
     scale = lines.float(words.get("scale", "1"))
-    sheet = Sheet(words, _rows(lines))
+    sheet = FredFile(words, _rows(lines))
     theta_i, phi_i, theta_s, phi_s, number = sheet.rows.T
     if not in_degrees:
         theta_i, phi_i, theta_s, phi_s = np.degrees((theta_i, phi_i, theta_s, phi_s)).round(9)
@@ -152,10 +152,10 @@ def write(
     0.1592
     """
     asked = Asked({"theta_i": theta_i, "phi_i": phi_i, "theta_s": theta_o, "phi_s": phi}, step, channel)
-    plain_text.write(path, _lines(as_filed(m, Sheet, asked) or Sheet(WORDS, _tabulated(m, asked))))
+    plain_text.write(path, _lines(as_filed(m, FredFile, asked) or FredFile(WORDS, _tabulated(m, asked))))
 
 
-def _lines(sheet: Sheet) -> Iterator[str]:
+def _lines(sheet: FredFile) -> Iterator[str]:
     yield f"{FIRST}\nformat {' '.join(f'{k}={v}' for k, v in sheet.format.items())}\n"
     for incidence, rows in groupby(sheet.rows.tolist(), key=lambda row: row[:2]):
         yield from plain_text.join([incidence, *(row[2:] for row in rows)], "\t")

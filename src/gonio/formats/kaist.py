@@ -94,7 +94,7 @@ class KAIST(Polarimetric, Unscanned):
         self._hold(fields_stored=stored)
         f = LAYOUT.table(_first_elements(M), False)
         try:
-            super().__init__("half_difference", nodes, f, tuple(wavelengths.tolist()), path, about)
+            super().__init__("half_difference", nodes, f, tuple(wavelengths.tolist()), path=path, about=about)
         except ParameterError as error:
             raise FormatError(f"{where}: {error}") from None
 

@@ -32,8 +32,8 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..formula.text import shown
-from ..models import sheet
 from ..models._quarters import quarters
+from ..models.sheet import Sheet
 from ._layout import CHANNEL, Axis, Layout
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
@@ -96,7 +96,7 @@ class Block(NamedTuple):
     values: np.ndarray
 
 
-class Sheet(NamedTuple):
+class LightToolsFile(NamedTuple):
     """A file; `angles` of `LISTS` [degrees]."""
 
     symmetry: str
@@ -113,7 +113,7 @@ def matches(head: bytes, size: int) -> bool:
     return all(mark in words for mark in marks) and not any(mark in words for mark in others)
 
 
-def read(path: str | os.PathLike, side: Side = None) -> Filed | sheet.Sheet:
+def read(path: str | os.PathLike, side: Side = None) -> Filed | Sheet:
     """The reflectance of one side: `angles` axes theta_i, theta_o, phi, or theta_i, theta_o, phi_i, phi_o; or a `Sheet`
     of such tables.
 
@@ -129,7 +129,7 @@ def read(path: str | os.PathLike, side: Side = None) -> Filed | sheet.Sheet:
     return joined({name: _material(path, sheet, name, blocks[name], names) for name in names}, side)
 
 
-def _material(path: Path, sheet: Sheet, quarter: str, blocks: list[Block], read: tuple[str, ...]) -> Filed:
+def _material(path: Path, sheet: LightToolsFile, quarter: str, blocks: list[Block], read: tuple[str, ...]) -> Filed:
     """The table of a quarter of a `Sheet`, as seen from its own side."""
     theta_i, phi_i, channels = (sorted(set(x)) for x in zip(*(_place(b, sheet) for b in blocks), strict=True))
     grid = np.full((len(theta_i), len(phi_i), len(channels), *map(len, sheet.angles.values())), np.nan)
@@ -174,14 +174,14 @@ def _quarter(block: Block) -> str:
     return ("back" if back else "front") if reflected else ("backward" if back else "forward")
 
 
-def _place(block: Block, sheet: Sheet) -> tuple[float, float, float]:
+def _place(block: Block, sheet: LightToolsFile) -> tuple[float, float, float]:
     """theta_i and phi_i [degrees] and the channel of a block."""
     theta_i = 180.0 - block.aoi if block.aoi > 90.0 else block.aoi
     colour = sheet.content == "XYZ"
     return theta_i, block.poi, TRISTIMULUS[block.tristimulus.lower()] if colour else block.wavelength
 
 
-def _sheet(path: Path) -> Sheet:
+def _sheet(path: Path) -> LightToolsFile:
     lines, comments = bsdf_text.opened(path)
     words, angles = bsdf_text.header(lines, LISTS, ("databegin",))
     if lines.next() is None:
@@ -200,7 +200,7 @@ def _sheet(path: Path) -> Sheet:
             f"plane that light comes from at {LIGHT:g} degrees: -90 to 90, or 90 to 270"
         )
     blocks = tuple(_blocks(lines, content, tuple(map(len, angles.values()))))
-    return Sheet(words["symmetry"], content, angles, blocks, comments)
+    return LightToolsFile(words["symmetry"], content, angles, blocks, comments)
 
 
 def _blocks(lines: plain_text.Lines, content: str, shape: tuple[int, ...]) -> Iterator[Block]:
@@ -271,10 +271,10 @@ def write(
     """
     angles = {"AOI": theta_i, "POI": phi_i, "ScatterAzimuth": phi, "ScatterRadial": theta_o}
     asked = Asked(angles, step, channel)
-    plain_text.write(path, _lines(as_filed(m, Sheet, asked) or _tabulated(m, asked, wavelength)))
+    plain_text.write(path, _lines(as_filed(m, LightToolsFile, asked) or _tabulated(m, asked, wavelength)))
 
 
-def _tabulated(m: Reflectance, asked: Asked, wavelength: float) -> Sheet:
+def _tabulated(m: Reflectance, asked: Asked, wavelength: float) -> LightToolsFile:
     parts = quarters(m)
     one = next(iter(parts.values()))
     axes, half, tables = _own_tables(parts, asked) or _sampled(parts, asked)
@@ -296,7 +296,7 @@ def _tabulated(m: Reflectance, asked: Asked, wavelength: float) -> Sheet:
             tristimulus = f"Tris{label}" if _in_colour(labels) else ""
             blocks.append(Block(theta, turn, side, nm, kind, tristimulus, tis[b, a, c], values[a, b, c]))
     symmetry, content = "PlaneSymmetrical" if half else "Asymmetric", "XYZ" if _in_colour(labels) else "Monochrome"
-    return Sheet(symmetry, content, {name: angles[name] for name in LISTS}, tuple(blocks))
+    return LightToolsFile(symmetry, content, {name: angles[name] for name in LISTS}, tuple(blocks))
 
 
 def _in_colour(labels: tuple) -> bool:
@@ -343,7 +343,7 @@ def _sampled(
     return axes, half, tables
 
 
-def _lines(sheet: Sheet) -> Iterator[str]:
+def _lines(sheet: LightToolsFile) -> Iterator[str]:
     yield from (f"#{comment}\n" for comment in sheet.comments)
     yield f"Symmetry\t{sheet.symmetry}\nSpectralContent\t{sheet.content}\n"
     for name, angles in sheet.angles.items():

@@ -21,7 +21,7 @@ import sys
 import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -201,7 +201,7 @@ def read_dataset(
     places = {d: ds[d].values for d in ("y", "x") if d in ds.variables and ds[d].dims == (d,)}
     places = {d: x for d, x in places.items() if x.dtype.kind in "iuf" and len(x) == weights.shape[1 + "yx".index(d)]}
     try:
-        return MCD43(weights, bands, time, path, about, days, places)
+        return MCD43(Days(weights, bands, days, places), time, path=path, about=about)
     except ParameterError as error:
         raise FormatError(f"{path}: {error}") from None
 
@@ -291,6 +291,15 @@ def _weights(ds: xarray.Dataset, path: str, quality: str) -> tuple[np.ndarray, t
     return values.reshape(-1, *values.shape[-4:]), tuple(bands)
 
 
+class Days(NamedTuple):
+    """What a file holds: weights (time, y, x, kernel, band), bands, dates, and coordinates of the pixels."""
+
+    weights: Any
+    bands: tuple[str, ...]
+    dates: np.ndarray | None = None
+    places: Any = None
+
+
 class MCD43(RossLi, Measured):
     """A surface as MODIS saw it: the Ross-Li model with the weights of one day, a channel for each band.
 
@@ -320,24 +329,16 @@ class MCD43(RossLi, Measured):
     places: dict[str, Any] = note(Held())
     """Coordinates "y" and "x" of the pixels, where the file says them."""
 
-    def __init__(
-        self,
-        weights: Any,
-        bands: tuple[str, ...],
-        time: int,
-        path: str = "",
-        about: Any = None,
-        days: np.ndarray | None = None,
-        places: Any = None,
-    ):
-        weights = frozen(np.array(ops.numbers(weights), np.float64))
+    def __init__(self, held: Days, time: int, path: str = "", about: Any = None):
+        bands, days = held.bands, held.dates
+        weights = frozen(np.array(ops.numbers(held.weights), np.float64))
         names, wavelengths = zip(*(BANDS.get(band, (band, math.nan)) for band in bands), strict=True)
         about = {**dict(about or {}), "time": time} | ({} if days is None else {"date": str(days[time])})
         day = weights[time]  # y, x, kernel, band
         day = day[0, 0] if day.shape[:2] == (1, 1) else np.moveaxis(day, 2, 0)
         parameters = dict(zip(KERNELS, day, strict=True))
         self._hold(weights=weights, bands=bands, wavelengths=wavelengths, time=time, channel_names=names)
-        self._hold(days=days, places=immutable(dict(places or {})))
+        self._hold(days=days, places=immutable(dict(held.places or {})))
         super().__init__(path, about, **{name: np.nan_to_num(values) for name, values in parameters.items()})
         for name, values in parameters.items():
             if np.isnan(values).any():
@@ -347,7 +348,8 @@ class MCD43(RossLi, Measured):
         """The surface on another day of the file, called by its date or its number."""
         number = _number(time, self.days, len(self.weights), self.path or "the file")
         about = {name: x for name, x in self.about.items() if name != "quality"}  # the flags of the day that was read
-        new = MCD43(self.weights, self.bands, number, self.path, about, self.days, self.places)
+        held = Days(self.weights, self.bands, self.days, self.places)
+        new = MCD43(held, number, self.path, about)
         return new.with_notes(provenance=self.provenance)
 
     @property

@@ -26,7 +26,7 @@ from ..formula.state import note
 from ..models.lambertian import Lambertian
 from ..tables.angle_systems import ANGLES
 from ._laboratory.names import UNCERTAINTY, WAVELENGTH, WAVELENGTH_UNITS, meaning, nanometres, unit_of
-from ._laboratory.spectra import REFLECTANCE, WORDS, SpectrumColumns, column, names_in
+from ._laboratory.spectra import REFLECTANCE, WORDS, SpectrumColumns, Stated, column, names_in
 from ._reading import plain_text
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ def read(
     if UNCERTAINTY in of:
         c = found[of[UNCERTAINTY]]
         c = c._replace(unit=c.unit or below[of[UNCERTAINTY]])
-        u, words = asked.standard(numbers[:, of[UNCERTAINTY]], c, rho, share, coverage, uncertainty)
+        u, words = asked.standard(numbers[:, of[UNCERTAINTY]], rho, c, Stated(share, coverage, uncertainty))
         kept.append(u)
         understood.append(words)
     rows = np.stack(kept, axis=1)

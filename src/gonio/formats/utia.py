@@ -97,7 +97,7 @@ class UTIA(Unscanned):
         self._hold(raw=raw, decoding=decoding)
         axes = {name: _nodes(grid, step)[name] for name in LAYOUT.grid(True)}
         about = {"decoding": decoding, "theta_step": step}
-        super().__init__("angles", axes, LAYOUT.table(raw, True), ("R", "G", "B"), path, about)
+        super().__init__("angles", axes, LAYOUT.table(raw, True), ("R", "G", "B"), path=path, about=about)
         if raw.nbytes < LARGE:
             self._hold(holes=not np.isfinite(raw).all())
 

@@ -41,8 +41,8 @@ from ..base.measured import Total
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
-from ..models import sheet
 from ..models._quarters import sheet_of
+from ..models.sheet import Sheet
 from ._layout import CHANNEL, Axis, Layout
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
@@ -101,7 +101,7 @@ SEEN_FROM_BEHIND = {"SampleRotation": LAYOUT.axes["SampleRotation"]._replace(sig
 LAYOUTS = dict(zip(KINDS, (LAYOUT, LAYOUT._replace(axes={**LAYOUT.axes, **SEEN_FROM_BEHIND})), strict=True))
 
 
-class Sheet(NamedTuple):
+class ZemaxFile(NamedTuple):
     """A file: angles as written [degrees], and values with the axes of `LAYOUT`.
 
     tis  total integrated scatter as written (channel, rotation, incidence)
@@ -131,7 +131,7 @@ def matches(head: bytes, size: int) -> bool:
     return b"angleofincidence" in words and (b"scatterazimuth" in words or b"scattertype" in words)
 
 
-def read(path: str | os.PathLike) -> Filed | sheet.Sheet:
+def read(path: str | os.PathLike) -> Filed | Sheet:
     """The reflectance of a file: `specular` axes theta_i, radial, azimuth, and phi_i where the sample was turned; of
     transmission a `Sheet` of it, both ways.
 
@@ -152,14 +152,14 @@ def read(path: str | os.PathLike) -> Filed | sheet.Sheet:
     return sheet_of(dict.fromkeys(places, m))
 
 
-def _totals(sheet: Sheet) -> Iterator[Total]:
+def _totals(sheet: ZemaxFile) -> Iterator[Total]:
     incidence = np.radians(sheet.angles["AngleOfIncidence"])
     for phi_i, tables in zip(sheet.turns(), sheet.tis.transpose(1, 2, 0), strict=True):
         for theta_i, shares in zip(incidence, tables, strict=True):
             yield Total(float(theta_i), math.radians(phi_i), tuple(shares.tolist()))
 
 
-def _sheet(path: Path) -> Sheet:
+def _sheet(path: Path) -> ZemaxFile:
     lines, comments = bsdf_text.opened(path)
     lists = {word: axis.bounds for word, axis in LAYOUT.axes.items() if word != "channel"}
     words, angles = bsdf_text.header(lines, lists, ("databegin", "tis", *CHANNELS))
@@ -173,7 +173,7 @@ def _sheet(path: Path) -> Sheet:
         increasing(path, name, angles[name], *((0.0, 180.0) if half else (low, high)))
     angles = {name: angles[name] for name in lists}
     values, tis = _blocks(lines, tuple(map(len, angles.values())), 3 if colour else 1)
-    return Sheet(symmetry, angles, values, tis, comments, words.get("source", ""), kind)
+    return ZemaxFile(symmetry, angles, values, tis, comments, words.get("source", ""), kind)
 
 
 def _blocks(lines: plain_text.Lines, shape: tuple[int, ...], channels: int) -> tuple[np.ndarray, np.ndarray]:
@@ -239,7 +239,7 @@ def write(
         azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
     angles = {"SampleRotation": rotation, "AngleOfIncidence": aoi, "ScatterAzimuth": azimuth, "ScatterRadial": radial}
     asked = Asked(angles, step, channel)
-    sheet = as_filed(m, Sheet, asked)
+    sheet = as_filed(m, ZemaxFile, asked)
     if sheet is None or kind not in (None, sheet.kind):
         sheet = _of_material(*_one_kind(m, kind), asked)
     plain_text.write(path, _written(sheet))
@@ -256,7 +256,7 @@ def _one_kind(m: Reflectance, kind: str | None) -> tuple[Reflectance, str]:
     return there[kind], kind
 
 
-def _of_material(m: Reflectance, kind: str, asked: Asked) -> Sheet:
+def _of_material(m: Reflectance, kind: str, asked: Asked) -> ZemaxFile:
     layout = LAYOUTS[kind]
     axes, f, half = tabulated(layout, m, asked)
     _, f = spectral(m, f, asked.channel)
@@ -267,7 +267,7 @@ def _of_material(m: Reflectance, kind: str, asked: Asked) -> Sheet:
     if len(axes) == 3 and own_table(m, "specular", asked) is None:
         angles, values, half = _as_half(angles, values)
     symmetry = SYMMETRIES[2] if len(axes) == 4 else SYMMETRIES[0] if half else SYMMETRIES[1]
-    sheet = Sheet(symmetry, angles, values, np.empty(0), kind=kind)
+    sheet = ZemaxFile(symmetry, angles, values, np.empty(0), kind=kind)
     _, tis = spectral(m, totals(m, angles["AngleOfIncidence"], sheet.turns()), asked.channel)
     return sheet._replace(tis=tis.transpose(2, 0, 1))
 
@@ -285,7 +285,7 @@ def _as_half(angles: dict[str, list[float]], values: np.ndarray) -> tuple[dict[s
     return {**angles, "ScatterAzimuth": azimuth[half].tolist()}, values[..., half, :], True
 
 
-def _written(sheet: Sheet) -> Any:
+def _written(sheet: ZemaxFile) -> Any:
     yield from (f"#{comment}\n" for comment in sheet.comments)
     colour = len(sheet.values) > 1
     yield f"Source\t{sheet.source or 'Measured'}\nSymmetry\t{sheet.symmetry}\n"

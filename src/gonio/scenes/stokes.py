@@ -26,7 +26,7 @@ from ..polarization import analyser, dop
 from ..polarization.axes import as_array
 from ..polarization.filters import polariser as filter_at
 from .asked import Samples, Size
-from .by_arrays import Points, picture
+from .by_arrays import picture
 from .left_out import tell
 from .pixels import Pixels
 from .rendering import colours_of, lights_of, refuse_fluorescence, refuse_shadows

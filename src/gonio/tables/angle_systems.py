@@ -150,7 +150,7 @@ def _half(wi: Direction, wo: Direction, oriented: bool) -> list[Any]:
 
 
 def _pairs_of_half(theta_h: Any, theta_d: Any, phi_d: Any, phi_h: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    wi, wo = from_half_difference(theta_h, theta_d, phi_d, phi_h)
+    wi, wo = from_half_difference(theta_h, phi_h, theta_d, phi_d)
     pair = [np.stack(np.broadcast_arrays(*w), -1) for w in (wi, wo)]
     return pair[0], pair[1]
 

@@ -27,7 +27,7 @@ _COMMENT = re.compile(r"#\s*(\w[^:]*):\s*(.*)")
 _RULE = re.compile(r"[-=_+|:\s]*")
 
 
-class Layout(NamedTuple):
+class TableLayout(NamedTuple):
     """The place of a table.
 
     names, units   of its columns; units from a line of their own, "" where there is none
@@ -51,7 +51,7 @@ def find(
     columns: Mapping[str, Any] | Sequence[str] | None = None,
     skip: int | None = None,
     delimiter: str | None = None,
-) -> Layout:
+) -> TableLayout:
     """The table of a sheet: the first line of known names, or of `columns`, above numbers; with `skip` the line behind
     so many. Raises FormatError, which says what is there instead."""
     count = HEAD + (skip or 0)
@@ -59,7 +59,7 @@ def find(
     tried = [(d, sheet.head(d, count)) for d in chosen]
     listed = None if columns is None or isinstance(columns, Mapping) else list(columns)
     wanted = {str(name).strip().lower() for name in _flat(columns.values())} if isinstance(columns, Mapping) else set()
-    best: tuple[int, Layout] | None = None
+    best: tuple[int, TableLayout] | None = None
     for d, rows in tried:
         for score, at in _candidates(rows, d, wanted, listed, skip):
             layout = _below(rows, at, d, listed)
@@ -131,7 +131,7 @@ def _uncommented(row: list[str], numbered: Row) -> list[str]:
     return row
 
 
-def _below(rows: list[Row], at: int, delimiter: str, listed: list[str] | None) -> Layout | None:
+def _below(rows: list[Row], at: int, delimiter: str, listed: list[str] | None) -> TableLayout | None:
     """The layout if there are numbers below the row of names at this place."""
     header, row = rows[at]
     names = trimmed(_uncommented(row, rows[at])) if listed is None else listed
@@ -162,7 +162,7 @@ def _below(rows: list[Row], at: int, delimiter: str, listed: list[str] | None) -
             text.append(line)
     if listed is not None:
         header = 0
-    return Layout(delimiter, names, units, header, rows[k][0], text, notes, sample)
+    return TableLayout(delimiter, names, units, header, rows[k][0], text, notes, sample)
 
 
 def _split_again(row: list[str], delimiter: str) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from ...base.quantities import mark_of_missing
 from ...errors import FormatError
 from ...files.cells import MISSING, decimal_sign, is_numeric
 from .._reading import plain_text
-from .layout import Layout, is_data, trimmed
+from .layout import TableLayout, is_data, trimmed
 from .names import unit_of
 from .sheets import COLUMNS, CellSheet, Row, TextSheet
 
@@ -36,7 +36,7 @@ class Numbers(NamedTuple):
     decimal: str
 
 
-def decimal_of(path: object, layout: Layout, wanted: Collection[int]) -> str:
+def decimal_of(path: object, layout: TableLayout, wanted: Collection[int]) -> str:
     """The decimal sign of a table's first rows. Raises FormatError where a comma can be either."""
     cells = [row[k] for row in layout.sample if len(row) >= len(layout.names) for k in wanted]
     return decimal_sign(path, cells)
@@ -44,7 +44,7 @@ def decimal_of(path: object, layout: Layout, wanted: Collection[int]) -> str:
 
 def numbers(
     sheet: TextSheet | CellSheet,
-    layout: Layout,
+    layout: TableLayout,
     wanted: Collection[int],
     needed: Collection[int],
     decimal: str | None,
@@ -58,25 +58,26 @@ def numbers(
         raise FormatError(
             f"{sheet.path}: {len(layout.names)} columns, expected at most {COLUMNS}; split the table by channels"
         )
-    sign = decimal or decimal_of(sheet.path, layout, wanted)
-    reader = _Reader(sheet, layout, sorted(wanted), {*needed}, sign, decimal is not None, missing)
-    return reader.read()
+    return _Reader(sheet, layout, {k: k in needed for k in sorted(wanted)}, decimal, missing).read()
 
 
 class _Reader:
+    """`columns`: number of a column -> whether it must have a number in every row."""
+
     def __init__(
         self,
         sheet: TextSheet | CellSheet,
-        layout: Layout,
-        wanted: list[int],
-        needed: set[int],
-        decimal: str,
-        chosen: bool,
+        layout: TableLayout,
+        columns: Mapping[int, bool],
+        decimal: str | None,
         missing: Sequence[str],
     ):
-        self.sheet, self.layout, self.wanted, self.needed, self.decimal = sheet, layout, wanted, needed, decimal
-        self.other = {",": ".", ".": ","}[decimal] if chosen else ""
-        self.grouped = re.compile(rf"[-+]?\d{{1,3}}(?:[{self.other or ' '}]\d{{3}})+(?:[{decimal}]\d*)?", re.ASCII)
+        self.sheet, self.layout = sheet, layout
+        self.wanted, self.needed = [*columns], {k for k, needed in columns.items() if needed}
+        self.decimal = decimal or decimal_of(sheet.path, layout, self.wanted)
+        self.other = {",": ".", ".": ","}[decimal] if decimal else ""
+        grouped = rf"[-+]?\d{{1,3}}(?:[{self.other or ' '}]\d{{3}})+(?:[{self.decimal}]\d*)?"
+        self.grouped = re.compile(grouped, re.ASCII)
         self.missing = MISSING | {word.strip().lower() for word in missing}
         self.delimiter = " " if layout.delimiter == "  " else layout.delimiter
         self.repeated: list[int] = []
@@ -233,7 +234,7 @@ def _cure(word: str, decimal: str) -> str:
 
 
 def without_marks(
-    path: object, layout: Layout, found: Numbers, k: int, missing: Sequence[str], places: Callable[[], np.ndarray]
+    path: object, layout: TableLayout, found: Numbers, k: int, missing: Sequence[str], places: Callable[[], np.ndarray]
 ) -> np.ndarray:
     """A column with NaN for the numbers among `missing`.
 

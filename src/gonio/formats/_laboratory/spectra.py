@@ -126,6 +126,14 @@ def _words(line: str) -> list[str]:
     return found
 
 
+class Stated(NamedTuple):
+    """What is said of uncertainties: the unit of reflectances, the coverage factor, "relative" or "absolute"."""
+
+    share: str
+    coverage: float | None
+    spread: str | None
+
+
 class SpectrumColumns:
     """The columns of a file, and the questions about them."""
 
@@ -206,16 +214,15 @@ class SpectrumColumns:
             f"quantity='{REFLECTANCE}', or columns=wavelength,reflectance{',ignore' if self.count == 3 else ''}"
         )
 
-    def standard(
-        self, u: np.ndarray, c: SpectrumColumn, rho: np.ndarray, share: str, coverage: float | None, said: str | None
-    ) -> tuple[np.ndarray, str]:
+    def standard(self, u: np.ndarray, rho: np.ndarray, c: SpectrumColumn, said: Stated) -> tuple[np.ndarray, str]:
         """Standard uncertainties of reflectances, and words for how they are stated."""
+        share, coverage, spread = said
         if c.coverage and c.coverage != 1.0 and coverage not in (None, c.coverage):
             raise ParameterError(f"coverage={coverage:g}: {self.where} says k = {c.coverage:g}; leave the option out")
         if c.coverage == 0.0 and coverage is None:
             raise FormatError(f"{self.where}: an expanded uncertainty, and by which factor k? say coverage=2 for k = 2")
         k = c.coverage if c.coverage not in (None, 0.0, 1.0) else coverage or 1.0
-        relative = {"relative": True, "absolute": False}.get(said or "", c.relative)
+        relative = {"relative": True, "absolute": False}.get(spread or "", c.relative)
         if relative is None and c.unit == share == "%":
             raise FormatError(
                 f"{self.where}: an uncertainty in percent, of the value or as the values? say "

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import FormatError, ParameterError
 from ...tables.angle_systems import ANGLES
-from .layout import Layout
+from .layout import TableLayout
 from .meanings import Meanings, Said
 from .names import IGNORE, UNCERTAINTY, VALUE, WAVELENGTH, WAVELENGTH_UNITS, Meaning, nanometres, unit_of
 from .numbers import Numbers, numbers, without_marks
@@ -50,7 +50,7 @@ class Understood(NamedTuple):
     values: dict[tuple[str, bool, str], np.ndarray]
     in_radians: bool
     columns: list[Column]
-    layout: Layout
+    layout: TableLayout
     numbers: Numbers
     remarks: list[str]
 

@@ -58,10 +58,9 @@ class Unscanned(Gridded):
         axes: Mapping[str, Any],
         stored: np.ndarray,
         channels: Sequence[str | float],
-        path: str = "",
-        about: Mapping[str, Any] | None = None,
-        quantity: str = "brdf",
+        **notes: Any,
     ):
+        """`notes`: path and about."""
         self._lay_out(parameterisation, axes, False, {}, tuple(channels))
-        self._hold(uncertainty=None, quantity=quantity_named(quantity), holes=True)
-        Measured.__init__(self, path, dict(about or {}), stored=Ours(stored), channel=len(channels))
+        self._hold(uncertainty=None, quantity=quantity_named("brdf"), holes=True)
+        Measured.__init__(self, **notes, stored=Ours(stored), channel=len(channels))

@@ -40,7 +40,7 @@ from ...base.measured import Total
 from ...base.reflectance import Reflectance
 from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
-from ...models import sheet
+from ...models.sheet import Sheet
 from .._layout import CHANNEL, Axis, Layout
 from .._optical.angle_tables import (
     Asked,
@@ -63,7 +63,7 @@ from .._optical.angle_tables import (
 from .._reading import plain_text
 from .._reading.channel_words import LONGEST, SHORTEST, Wavelengths
 from .._sides import SideOfReflection, joined, same_from_both, wanted
-from .contents import ANISOTROPIC, BRDF, START, Part, Sheet, Table, read_sheet, written
+from .contents import ANISOTROPIC, BRDF, START, Part, SpeosFile, Table, read_sheet, written
 
 NAME = "Speos"
 SUFFIXES = (".brdf", ".anisotropicbsdf")
@@ -98,7 +98,7 @@ def read(
         Declared("channels of an .anisotropicbsdf, linear in its spectrum", SHORTEST, LONGEST, "nm"),
     ] = None,
     side: SideOfReflection = None,
-) -> Filed | sheet.Sheet:
+) -> Filed | Sheet:
     """The reflectance of a file: `angles` axes theta_i, theta_o, phi; or with phi_i, phi_o where the sample was turned.
 
     Channels are wavelengths [nm], none where one spectrum is flat. Transmission that is not read is kept for writing.
@@ -124,7 +124,7 @@ HELD = {"reflection": "front", "transmission": "forward"}
 
 def _table(
     path: Path,
-    sheet: Sheet,
+    sheet: SpeosFile,
     quarter: str,
     wavelengths: Sequence[float] | None,
     places: tuple[str, ...],
@@ -166,7 +166,7 @@ def _turned_over(part: Part) -> Part:
     return part._replace(tables=tables)
 
 
-def _totals(sheet: Sheet, part: Part, names: tuple[float, ...] | None) -> list[Total]:
+def _totals(sheet: SpeosFile, part: Part, names: tuple[float, ...] | None) -> list[Total]:
     """The shares of a `.brdf`'s tables; of an `.anisotropicbsdf` those of the direction that its spectrum is of."""
     if sheet.is_anisotropic:
         theta_i, turn = np.radians([*part.lit, 0.0][:2]).tolist()
@@ -177,14 +177,14 @@ def _totals(sheet: Sheet, part: Part, names: tuple[float, ...] | None) -> list[T
     return [Total(theta_i, 0.0, tuple(row)) for theta_i, row in zip(angles, shares.tolist(), strict=True)]
 
 
-def _integral(sheet: Sheet, table: Table) -> float:
+def _integral(sheet: SpeosFile, table: Table) -> float:
     """Of f cos(theta_o), in the table's own unit."""
     theta = np.radians(table.theta)
     values = table.values * np.cos(theta)[:, None] if sheet.of_bsdf else table.values
     return reflected(theta, np.radians(table.phi), values)
 
 
-def _unit(sheet: Sheet, part: Part) -> np.ndarray:
+def _unit(sheet: SpeosFile, part: Part) -> np.ndarray:
     """The factor (theta, 1) that makes values the BRDF but for a scale."""
     cosine = np.cos(np.radians(part.tables[0].theta))[:, None]
     return np.ones_like(cosine) if sheet.of_bsdf else 1.0 / np.where(cosine > 1e-6, cosine, np.nan)
@@ -194,7 +194,7 @@ def _scale(share: float, integral: float) -> float:
     return share / 100.0 / integral if integral > 0.0 else math.nan
 
 
-def _isotropic(sheet: Sheet, part: Part) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[float, ...]]:
+def _isotropic(sheet: SpeosFile, part: Part) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[float, ...]]:
     scales = [_scale(table.share, _integral(sheet, table)) for table in part.tables]
     tables = [s * t.values * _unit(sheet, part) for s, t in zip(scales, part.tables, strict=True)]
     f = np.array(tables).reshape(1, len(part.incidence[0]), len(part.spectrum), *tables[0].shape)
@@ -210,7 +210,7 @@ def _about_light(part: Part, f: np.ndarray) -> tuple[dict[str, np.ndarray], np.n
 
 
 def _anisotropic(
-    path: Path, sheet: Sheet, part: Part, wavelengths: Sequence[float] | None
+    path: Path, sheet: SpeosFile, part: Part, wavelengths: Sequence[float] | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[float, ...] | None]:
     first = part.incidence[0]
     if any(incidence != first for incidence in part.incidence):
@@ -224,7 +224,7 @@ def _anisotropic(
     return axes, f if names else f[..., 0], names
 
 
-def _reference(sheet: Sheet, part: Part) -> float:
+def _reference(sheet: SpeosFile, part: Part) -> float:
     """Integral for the direction of light that the spectrum was measured with."""
     theta, turn = part.lit[0], part.lit[1] if len(part.lit) > 1 else 0.0
     row = int(np.abs(np.array(part.turns) - turn).argmin())
@@ -295,13 +295,13 @@ def write(
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
     asked = Asked({"sample": phi_i, "incidence": theta_i, "theta": theta_o, "phi": phi}, step, channel)
-    sheet = as_filed(m, Sheet, asked) if wavelengths is None else None
+    sheet = as_filed(m, SpeosFile, asked) if wavelengths is None else None
     if sheet is None or sheet.is_anisotropic != anisotropic:
         sheet = _new(m, anisotropic, asked, wavelengths)
     plain_text.write(path, written(sheet))
 
 
-def _new(m: Reflectance, anisotropic: bool, asked: Asked, wavelengths: Sequence[float] | None) -> Sheet:
+def _new(m: Reflectance, anisotropic: bool, asked: Asked, wavelengths: Sequence[float] | None) -> SpeosFile:
     """A new file of reflection, of transmission, or of both."""
     sheets = {}
     for quarter, part in same_from_both(m, NAME).items():
@@ -350,10 +350,10 @@ def _spectrally(
     return f, [float(n) for n in nm]
 
 
-def _made_of(f: np.ndarray, angles: dict[str, list[float]], names: list[float], anisotropic: bool) -> Sheet:
+def _made_of(f: np.ndarray, angles: dict[str, list[float]], names: list[float], anisotropic: bool) -> SpeosFile:
     theta, phi = np.array(angles["theta"]), np.array(angles["phi"])
     by_table = np.nan_to_num(f).reshape(-1, len(theta), len(phi))
-    sheet = Sheet(ANISOTROPIC if anisotropic else BRDF, "written by gonio", "", [1.0, 0.0, 0.0], True, {})
+    sheet = SpeosFile(ANISOTROPIC if anisotropic else BRDF, "written by gonio", "", [1.0, 0.0, 0.0], True, {})
     shares = [100.0 * _integral(sheet, Table(0.0, theta, phi, table)) for table in by_table]
     tables = [Table(s, theta, phi, table) for s, table in zip(shares, by_table, strict=True)]
     spectrum = np.array([[380.0, shares[0]], [780.0, shares[0]]] if anisotropic else [[nm] for nm in names])

@@ -43,7 +43,7 @@ class Part(NamedTuple):
     tables: list[Table]
 
 
-class Sheet(NamedTuple):
+class SpeosFile(NamedTuple):
     """A file."""
 
     start: str
@@ -58,7 +58,7 @@ class Sheet(NamedTuple):
         return "anisotropic" in self.start.lower()
 
 
-def read_sheet(path: Path) -> Sheet:
+def read_sheet(path: Path) -> SpeosFile:
     """The content of a file. Raises FormatError where it is damaged, binary or of an unknown version."""
     text = plain_text.text(path)
     start, *head = text.split("\n", 3)
@@ -85,7 +85,7 @@ def read_sheet(path: Path) -> Sheet:
     for line in lines:
         if line.lower().startswith(START):
             raise lines.fault("another header", "one table after the other of one file; keep several files apart")
-    return Sheet(start.strip(), head[1].strip(), described, vector, bool(of_bsdf[0]), parts)
+    return SpeosFile(start.strip(), head[1].strip(), described, vector, bool(of_bsdf[0]), parts)
 
 
 def _described(path: Path, text: str) -> tuple[str, str, int]:
@@ -167,7 +167,7 @@ def _table(lines: plain_text.Lines, share: float) -> Table:
     return Table(float(share), theta, phi, rows[:, 1:].copy())
 
 
-def written(sheet: Sheet) -> Iterator[str]:
+def written(sheet: SpeosFile) -> Iterator[str]:
     """The lines of a file."""
     number = plain_text.number
     yield f"{sheet.start}\n0\n{sheet.comment}\n{len(sheet.description)}\n{sheet.description}\n"

@@ -102,13 +102,14 @@ def read(
             tables[i] = None  # as both would take the memory twice
         m: Klems | TensorTree
         if trees:
-            m = TensorTree(own, VIEWED[quarter], choice.colour, choice.names, str(path), facts)
+            m = TensorTree(own, VIEWED[quarter], choice.colour, choice.names, path=str(path), about=facts)
         else:
             if len({bases[i] for i in choice.blocks}) > 1:
                 listed = ", ".join(facts["bands"])
                 raise FormatError(f"{path}: the bands {listed} have different angle bases; name one")
             values = _stacked(own) if choice.names else own[0]
-            m = Klems(Ours(values), *bases[choice.blocks[0]], VIEWED[quarter], choice.names, str(path), facts)
+            named: dict[str, Any] = {"side": VIEWED[quarter], "channel_names": choice.names}
+            m = Klems(Ours(values), *bases[choice.blocks[0]], path=str(path), about=facts, **named)
         parts[quarter] = m.with_notes(document=document, chosen=(choice.blocks, others), quarter=quarter)
     for one, other in (("forward", "backward"), ("backward", "forward")):
         if one in parts and other not in parts:

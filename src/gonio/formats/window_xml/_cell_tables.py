@@ -61,9 +61,9 @@ class Cellwise(Measured):
     sums: Any
     reflected: Any
 
-    def __init__(self, path: str, about: dict[str, Any] | None, side: str, **fields: Any):
+    def __init__(self, side: str, **fields: Any):
         self._hold(side=side)
-        super().__init__(path, about, **fields)
+        super().__init__(**fields)
 
     def validate(self) -> None:
         if self.side not in MIRRORED:

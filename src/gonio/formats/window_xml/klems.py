@@ -126,19 +126,19 @@ class Klems(Cellwise):
     def __init__(
         self,
         values: Any,
-        incident: AngleBasis = FULL,
-        outgoing: AngleBasis | None = None,
+        *bases: AngleBasis,
         side: str = "front",
         channel_names: Sequence[str | float] | None = None,
-        path: str = "",
-        about: dict[str, Any] | None = None,
+        **notes: Any,
     ):
+        """`bases`: of incident and of outgoing directions, or one for both; `notes`: path and about."""
+        incident, outgoing = (bases or (FULL,))[0], (bases or (FULL,))[-1]
         values = np.ascontiguousarray(kept(values), dtype=np.float64)
-        outgoing = outgoing or incident
         names = tuple(channel_names) if channel_names is not None else None
         width = values.shape[2] if values.ndim == 3 else 1
         self._hold(incident=incident, outgoing=outgoing, width=width, channel_names=names)
-        super().__init__(path, about, side, values=Ours(values), channel=values.shape[2] if values.ndim == 3 else 0.0)
+        channel = values.shape[2] if values.ndim == 3 else 0.0
+        super().__init__(side, values=Ours(values), channel=channel, **notes)
 
     def validate(self) -> None:
         for basis in (self.incident, self.outgoing):

@@ -70,9 +70,9 @@ class TensorTree(Cellwise):
         side: str = "front",
         colour: str = "",
         channel_names: Sequence[str | float] | None = None,
-        path: str = "",
-        about: dict[str, Any] | None = None,
+        **notes: Any,
     ):
+        """`notes`: path and about."""
         trees = tuple(trees)
         if not trees or len({t.dimensions for t in trees}) != 1 or trees[0].dimensions not in (3, 4):
             raise ParameterError("TensorTree: expected one or more trees, all of 3 or all of 4 dimensions")
@@ -91,7 +91,7 @@ class TensorTree(Cellwise):
         self._hold(dimensions=trees[0].dimensions, depth=depth, colour=colour, channel_names=names)
         values = np.concatenate([ops.numbers(t.values) for t in trees])
         tables = {"first": Ours(first), "values": Ours(values), "roots": roots.astype(float)}
-        super().__init__(path, about, side, **tables, channel=len(names) if names else 0.0)
+        super().__init__(side, **tables, channel=len(names) if names else 0.0, **notes)
 
     def validate(self) -> None:
         super().validate()
