@@ -18,7 +18,8 @@ from ..base.results import Sample
 from ..errors import ParameterError
 from ..formula.direction import Direction, cross
 from ..formula.mueller import turn_to
-from ..integrals.illumination import Points, check_channels
+from ..integrals.illumination import check_channels
+from ..integrals.places import Points
 from ..notebooks import repr_html
 from ..pictures.colour import LUMINANCE, transformed
 from ..pictures.image import Image
