@@ -103,7 +103,7 @@ TABLE = [
     ("gn.blue_sky_albedo(matte, 0.5, 'all')", "diffuse_fraction='all': expected the sky's share of light"),
     # numbers and words
     ("gn.albedo(matte, up, 'fine')", "albedo(tolerance='fine'): expected a number"),
-    ("gn.albedo(matte, up, 0.0)", "tolerance=0.0: expected a number between"),
+    ("gn.albedo(matte, up, 0.0)", "albedo(tolerance=0.0): expected a number from 1e-13 below 1"),
     ("gn.albedo(matte, up, error='yes')", "albedo(error='yes'): expected True or False"),
     ("gn.render(matte, sun, size=1e3)", "render(size=1000.0): expected a whole number"),
     ("gn.render(matte, sun, shape=3)", "render(shape=3): expected a word"),

@@ -466,7 +466,7 @@ def _declared(kind: Any) -> Declared | None:
 
 def _swapped(name: str, kind: Any, given: Mapping[str, Any]) -> str:
     """What to say where another argument is what is expected of this one: a model in the place of the data."""
-    if not hasattr(kind, "noun"):
+    if not hasattr(kind, "noun") or hasattr(given[name], "noun"):  # a class of gonio says what to write instead
         return ""
     others = [other for other, value in given.items() if other != name and isinstance(value, kind)]
     return f"; that is what {others[0]} is: are both in each other's place?" if len(others) == 1 else ""

@@ -39,7 +39,7 @@ def run(task: Task, material: Parametrised, inputs: Sequence[Any], out: np.ndarr
     if labelled.concern(material, inputs):
         return _first(Call(task, material, inputs, out=out))
     lib, arrays = _checked(inputs, task.widths)
-    if lib.known(inputs[0]) is not None:
+    if lib.known(arrays[0]) is not None:
         _suspect_map(material, lib, arrays)
     if out is not None and lib.name != "numpy":
         raise ArrayTypeError(f"out= is for NumPy arrays; got {lib.name} directions")

@@ -17,6 +17,7 @@ from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..lights.constant import ConstantLight
 from ..numerics.lattice import lattice
+from .places import Points
 
 _EVERYWHERE = ConstantLight(1.0)
 
@@ -32,28 +33,30 @@ def reflected(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any
     u = lib.vectors(lattice(samples), wo)
     wo, position = wo[..., None, :], position[..., None, :]
     local = Frame(*(type(axis)(*(_wide(lib, c) for c in axis)) for axis in local))
+    at = Points(local, wo, position, u, u)
     drawn_from = light if light.can_sample else _EVERYWHERE
     towards, light_pdf = drawn_from.sample(u, position)
     if light.has_edges:
-        total = _mean(_lit(m, light, local, wo, position, towards, 1.0 / light_pdf))
-        return total + _mean(_of_deltas(m, light, local, wo, position, u)) if m.has_delta else total
+        total = _mean(_lit(m, light, at, towards, 1.0 / light_pdf))
+        return total + _mean(_of_deltas(m, light, at)) if m.has_delta else total
     towards, light_pdf = ops.stop_gradient(towards), ops.stop_gradient(light_pdf)
     w = ops.stop_gradient(local.to_local(lib, towards))
     both = light_pdf + ops.stop_gradient(m.pdf(w, wo))
-    total = _mean(_lit(m, light, local, wo, position, towards, 1.0 / both))
+    total = _mean(_lit(m, light, at, towards, 1.0 / both))
     s = m.sample(wo, u)
     w = ops.stop_gradient(s.wi)
     pdf = ops.stop_gradient(m.pdf(w, wo))
     usable = (pdf > 0.0) & ~s.delta
     towards = local.to_world(lib, w)
     both = pdf + ops.stop_gradient(drawn_from.pdf(towards, position))
-    part = _lit(m, light, local, wo, position, towards, ops.where(usable, 1.0 / ops.where(usable, both, 1.0), 0.0))
+    part = _lit(m, light, at, towards, ops.where(usable, 1.0 / ops.where(usable, both, 1.0), 0.0))
     total = total + _mean(part)
-    return total + _mean(_of_deltas(m, light, local, wo, position, u)) if m.has_delta else total
+    return total + _mean(_of_deltas(m, light, at)) if m.has_delta else total
 
 
-def _of_deltas(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any, u: Any) -> Any:
+def _of_deltas(m: Reflectance, light: Light, at: Points) -> Any:
     """Radiance (..., n, C) by delta lobes: exact, n = 1, of what reflects in front alone; else by samples."""
+    local, wo, position, u, _ = at
     lib = ops.library(wo)
     if m.sides == "front":
         total: Any = 0.0
@@ -84,8 +87,9 @@ def _mean(values: Any) -> Any:
     return values.mean(-2)
 
 
-def _lit(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any, towards: Any, weight: Any) -> Any:
+def _lit(m: Reflectance, light: Light, at: Points, towards: Any, weight: Any) -> Any:
     """Radiance by light from world directions, times a weight."""
+    local, wo, position, *_ = at
     lib = ops.library(wo)
     w = local.to_local(lib, towards)
     cos = ops.maximum(w[..., 2:3], 0.0) if m.sides == "front" else ops.absolute(w[..., 2:3])

@@ -16,9 +16,9 @@ from ..numerics.lattice import lattice
 from ..numerics.quadrature import Goal, Integrals, Sums, cubature, weighed
 from .cones import Geometry
 from .factor_between import FEW, INNER, averaged, single_integral, square_nodes
-from .illumination import Points, estimate, have_channels
+from .illumination import estimate, have_channels
 from .over_directions import Over
-from .places import Places
+from .places import Places, Points
 
 SAMPLES = (1 << 13, 1 << 20)
 """Samples of a light for a direction, at first and at most."""

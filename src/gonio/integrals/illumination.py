@@ -6,7 +6,7 @@ L_o(wo) = integral of L_i(wi) f(wi, wo) cos+(theta_i) dwi, exact for delta light
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from .glows import channels_of, glows, widths
 from .maps import Wanted, over_places
 from .over_directions import Radiance
 from .over_hemisphere import Integral, integrate, mean_radiance
-from .places import Places
+from .places import Places, Points
 
 SAMPLED = 6e-3
 """Error of a lobe at a place on a map, relative to the mean radiance of a light that is sampled 4096 times."""
@@ -304,17 +304,6 @@ def _sampled(
         text = f"{missing} samples met directions without measured data, which count as 0"
         warn(text, MissingDataWarning)
     return value.reshape(*batch.full_shape(m, shape), -1).astype(wo.dtype)
-
-
-class Points(NamedTuple):
-    """Points that are seen: frames, directions to the viewer in these (..., 3), world positions (..., 3), and two pairs
-    of random numbers (..., 2)."""
-
-    local: Frame
-    wo: np.ndarray
-    position: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
 
 
 def estimate(m: Reflectance, light: Light, at: Points, colour: np.ndarray | None = None) -> tuple[np.ndarray, int]:

@@ -1,4 +1,4 @@
-"""Elements of a batch of directions, and a material with maps at them."""
+"""Elements of a batch of directions, a material with maps at them, and points that are seen."""
 
 from __future__ import annotations
 
@@ -6,8 +6,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.frames import Frame
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
+
+
+class Points(NamedTuple):
+    """Points that are seen: frames, directions to the viewer in these (..., 3), world positions (..., 3), and two pairs
+    of random numbers (..., 2)."""
+
+    local: Frame
+    wo: Any
+    position: Any
+    u: Any
+    v: Any
 
 
 class Places(NamedTuple):

@@ -15,7 +15,8 @@ from ..base.reflectance import Reflectance
 from ..compile.threads import share
 from ..evaluate.computation import Computation, composite
 from ..formula.direction import Direction
-from ..integrals.illumination import Points, delta_radiance, estimate, without_holes
+from ..integrals.illumination import delta_radiance, estimate, without_holes
+from ..integrals.places import Points
 from . import estimator
 from .passes import warn_of_holes
 from .pixels import Pixels

@@ -19,7 +19,8 @@ from ..declared.notebooks import repr_html
 from ..errors import ParameterError
 from ..formula.direction import Direction, cross
 from ..formula.mueller import turn_to
-from ..integrals.illumination import Points, check_channels
+from ..integrals.illumination import check_channels
+from ..integrals.places import Points
 from ..pictures.colour import LUMINANCE, transformed
 from ..pictures.image import Image
 from ..polarization import analyser, dop
