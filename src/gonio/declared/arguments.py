@@ -24,7 +24,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
-from types import NoneType, UnionType
+from types import NoneType, SimpleNamespace, UnionType
 from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -37,6 +37,12 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 ABOVE_ZERO, BELOW_ONE = sys.float_info.min, math.nextafter(1.0, 0.0)
 """Bounds of numbers that may not be 0, or 1."""
+
+BELOW_HORIZON = math.nextafter(0.5 * math.pi, 0.0)
+"""Bound of polar angles that may not be those of the horizon [rad]."""
+
+BELOW = {math.nextafter(x, 0.0): x for x in (1.0, 0.5 * math.pi, 90.0, 100.0)}
+"""Bounds of numbers that are below others -> the others; also as typed."""
 
 LARGEST, LONGEST = 1 << 63, 1000
 """Bound below which declared whole numbers are; largest number of characters of a declared word."""
@@ -87,7 +93,8 @@ class Declared(NamedTuple):
     def typed(self) -> Declared:
         """The same, in the unit that people type."""
         factor, unit = TYPED.get(self.unit, (1.0, self.unit))
-        low, high = (x if x in (ABOVE_ZERO, BELOW_ONE) else float(f"{x * factor:.12g}") for x in (self.low, self.high))
+        low, high = (x if x == ABOVE_ZERO else float(f"{BELOW.get(x, x) * factor:.12g}") for x in (self.low, self.high))
+        high = math.nextafter(high, 0.0) if self.high in BELOW else high
         return self if factor == 1.0 else self._replace(low=low, high=high, unit=unit)
 
 
@@ -159,14 +166,23 @@ def arguments(function: Callable) -> dict[str, Argument]:
 
     Raises ParameterError for a signature with types that cannot be read.
     """
+    hinted = hints(function)
+    found = {p.name: _argument(p, hinted.get(p.name)) for p in inspect.signature(function).parameters.values()}
+    return {name: argument for name, argument in found.items() if argument is not None}
+
+
+def hints(function: Callable) -> dict[str, Any]:
+    """The types of the parameters of a function, or of the constructor of a class, with what they declare, by name.
+
+    Raises ParameterError for types that cannot be read.
+    """
     try:
         signed = inspect.unwrap(vars(function)["__init__"] if isinstance(function, type) else function)
-        hints = typing.get_type_hints(signed, include_extras=True)
+        written = {name: kind for name, kind in signed.__annotations__.items() if name != "return"}
+        return typing.get_type_hints(SimpleNamespace(__annotations__=written), signed.__globals__, include_extras=True)
     except (NameError, TypeError, SyntaxError) as error:
         where = f"{function.__module__}.{function.__name__}"
         raise ParameterError(f"{where}: a type in its signature cannot be read: {error}; import its name") from None
-    found = {p.name: _argument(p, hints.get(p.name)) for p in inspect.signature(function).parameters.values()}
-    return {name: argument for name, argument in found.items() if argument is not None}
 
 
 def check_fields(value: Any) -> None:
@@ -181,7 +197,7 @@ def _argument(parameter: inspect.Parameter, hint: Any) -> Argument | None:
     declared = _declared(hint)
     if declared is None:
         return None
-    kinds = tuple(kind for kind in _alternatives(hint) if kind is not NoneType)
+    kinds = tuple(kind for of in _alternatives(hint) for kind in _alternatives(of) if kind is not NoneType)
     return Argument(parameter.name, kinds, parameter.default, declared)
 
 
@@ -401,13 +417,14 @@ def _several(origin: type, inner: tuple[Any, ...], d: Declared | None) -> str:
 
 def _bounds(d: Declared) -> str:
     multiple = f", a multiple of {d.multiple}" if d.multiple > 1 else ""
-    unit = "" if d.unit in ("", "share") else f"{'' if d.unit == '%' else ' '}{d.unit}"
-    return f"{_between(d.low, d.high)}{unit}{multiple}"
+    between = _between(d.low, d.high)
+    unit = "" if d.unit in ("", "share") else f"{'' if d.unit == '%' else ' ' if between else ' in '}{d.unit}"
+    return f"{between}{unit}{multiple}"
 
 
 def _between(low: float, high: float) -> str:
     lowest = "" if low == -math.inf else " above 0" if low == ABOVE_ZERO else f" from {low:g}"
-    highest = "" if high == math.inf else " below 1" if high == BELOW_ONE else f" to {high:g}"
+    highest = "" if high == math.inf else f" below {BELOW[high]:g}" if high in BELOW else f" to {high:g}"
     return lowest + (f" up{highest}" if highest and lowest in ("", " above 0") else highest)
 
 
