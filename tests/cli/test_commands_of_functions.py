@@ -85,6 +85,10 @@ WRONG = [
     ("measure gaussian(0.3) -o a.csv --pixel 1", "--pixel: does nothing beside a surface that is no map"),
     ("fit gold --select lobes --robust huber", "--robust: does nothing beside --select"),
     ("fit gold --loss cosin", "did you mean 'cosine'?"),
+    ("source gold --function f,pfd", "did you mean 'pdf'?"),
+    ("plan gold 3 --theta-i 80,10", "--theta-i '80,10': expected the least angle first, then the largest"),
+    ("render gold -o a.png --shape cube", "--shape 'cube': expected one of 'cylinder'"),
+    ("convert gold a.bsdf --format rgk", "--format 'rgk': expected one of"),
     ("check --all --laws energy", "--laws: does nothing beside --all"),
 ]
 

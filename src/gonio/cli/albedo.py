@@ -76,7 +76,7 @@ def albedos(
 @command(albedos, "with_uncertainty", short_help="Quote the albedo of MATERIAL, with its uncertainty.")
 @material_argument
 @json_option
-@click.option("-k", "factor", metavar="X", default=1.0, show_default="1", help="Coverage factor of what is printed.")
+@click.option("-k", "factor", metavar="X", default=1.0, help="Coverage factor of what is printed.  [default: 1]")
 def albedo(material: Material, as_json: bool, factor: float, asked: Asked) -> None:
     """Quote the albedo of MATERIAL: its directional-hemispherical reflectance, by angle of incidence and channel.
 

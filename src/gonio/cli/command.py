@@ -30,10 +30,10 @@ from click.shell_completion import CompletionItem
 
 from ..declared.arguments import ABOVE_ZERO, BELOW, Argument, arguments
 from ..declared.typed import all_in_degrees, suspect_radians
-from ..errors import MeaningWarning, ParameterError, suggestion, warn
+from ..errors import Error, MeaningWarning, ParameterError, suggestion, warn
 from . import completion
 
-METAVARS = {bool: "BOOL", int: "N", float: "X", str: "WORD"}
+METAVARS = {bool: "BOOL", int: "N", float: "X", str: "TEXT"}
 """Kinds of values -> how the help calls one of them."""
 
 LONGEST = 24
@@ -44,6 +44,10 @@ FAINT = 0.1
 
 COMPLETED = {"format": completion.formats}
 """Declared arguments -> what the shell completes them by; words and files complete themselves."""
+
+
+TYPED = "gonio.typed"
+"""Where the context of a command holds its options as they were typed, by the names of arguments."""
 
 
 class Typed(click.ParamType):
@@ -71,7 +75,7 @@ class Typed(click.ParamType):
     def _one(self, kind: Any) -> str:
         if kind is float and self.declared.unit in ("rad", "share"):
             return "ANGLE" if self.declared.unit == "rad" else "PERCENT"
-        return "FILE" if self.is_path else METAVARS.get(kind, "VALUE")
+        return "FILE" if self.is_path else "WORD" if self.declared.words else METAVARS.get(kind, "VALUE")
 
     @property
     def is_path(self) -> bool:
@@ -91,12 +95,16 @@ class Typed(click.ParamType):
         """The value of the text that was typed, in the unit of Python."""
         if not isinstance(value, str):
             return value
-        option = param.human_readable_name if isinstance(param, click.Argument) else param.opts[-1] if param else ""
+        option = _shown(param)
+        if param is not None and ctx is not None:
+            ctx.meta.setdefault(TYPED, {})[param.name] = f"{option} {value!r:.60}"
         found = self.argument.of_text(value)
         try:
             found = self.argument.checked(found)
         except ParameterError:
-            known = suggestion(value[:60], [*map(str, self.declared.words)]) if self.declared.words else ""
+            words = {str(word).lower(): str(word) for word in self.declared.words}
+            wrong = [part.strip() for part in value[:60].lower().split(",") if part.strip() not in words]
+            known = suggestion(wrong[0], [*words.values()]) if words and wrong else ""
             rule = f"expected {self.argument.expected_typed}: {self.declared.doc}{known}"
             raise ParameterError(f"{option} {value!r:.60}{self._taken(value)}: {rule}") from None
         self._suspect(option, value)
@@ -130,6 +138,13 @@ class Typed(click.ParamType):
             return [CompletionItem(incomplete, type="file")]
         words = map(str, self.declared.words)
         return [CompletionItem(word) for word in words if word.lower().startswith(incomplete.lower())]
+
+
+def _shown(parameter: click.Parameter | None) -> str:
+    """How people call a parameter: --theta-i, or N."""
+    if isinstance(parameter, click.Argument):
+        return parameter.human_readable_name
+    return parameter.opts[-1] if parameter is not None else ""
 
 
 def _flat(kind: Any) -> tuple[Any, ...]:
@@ -204,10 +219,12 @@ class Command(click.Command):
         names = [*own, name]
         if not any(option.startswith("--") for option in own):
             names.append(f"--{negative}{name.replace('_', '-')}" if len(name) > 1 else f"-{name}")
+        told = kind.help()
         if kind.kinds == [bool]:
-            return click.Option(names, is_flag=True, flag_value=not negative, default=bool(negative), help=kind.help())
+            told = f"Without it {told[0].lower()}{told[1:]}" if negative else told
+            return click.Option(names, is_flag=True, flag_value=not negative, default=bool(negative), help=told)
         usual = argument._replace(default=self._usual[name]).usual if name in self._usual else argument.usual
-        told = kind.help() + (" May be repeated." if name in self._repeated else "")
+        told += " May be repeated." if name in self._repeated else ""
         told += f"  [default: {usual}]" if usual else ""
         return click.Option(names, type=kind, help=told, multiple=name in self._repeated)
 
@@ -238,7 +255,14 @@ class Command(click.Command):
                 values[name], typed[name] = value, parameter.opts[-1]
         if self._asks:
             ctx.params["asked"] = Asked(self.functions, values, typed)
-        return super().invoke(ctx)
+        try:
+            return super().invoke(ctx)
+        except Error as error:
+            named, rule = re.match(r"(?:\w+\()?(\w+)=", str(error)), str(error).find(": expected")
+            text = ctx.meta.get(TYPED, {}).get(named[1]) if named else None
+            if text is None or rule < 0:
+                raise
+            raise ParameterError(text + str(error)[rule:]) from None
 
 
 def command(*asks: str | Callable, **settings: Any) -> Callable[[Callable], Command]:

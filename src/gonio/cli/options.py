@@ -136,8 +136,7 @@ exposure_option = click.option(
     type=float,
     metavar="X",
     default=0.0,
-    show_default="0",
-    help="Stops by which what is written is brightened, but for .exr and .hdr.",
+    help="Stops by which what is written is brightened, but for .exr and .hdr.  [default: 0]",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 

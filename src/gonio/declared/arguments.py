@@ -29,7 +29,7 @@ from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from ..errors import ParameterError, TooLargeError, shown, suggestion
+from ..errors import REFUSALS, ParameterError, TooLargeError, shown, suggestion
 from .numbers import numbers
 from .typed import all_in_degrees, is_number, is_whole
 
@@ -60,7 +60,7 @@ NOUNS: dict[Any, str] = {
 }
 """Types in words; classes of gonio have theirs in `noun`."""
 
-UNFIT = (TypeError, ValueError, OverflowError, RecursionError, KeyError)
+UNFIT = REFUSALS
 """Errors of conversions of unfit values."""
 
 TYPED = {"rad": (180.0 / math.pi, "degrees"), "share": (100.0, "%")}

@@ -42,7 +42,7 @@ def overview(
     m: Reflectance,
     lights: Light | Iterable[Light] | None = None,
     path: str | os.PathLike[str] | None = None,
-    title: Annotated[str, Declared("above the figure", usual="the file of a measurement, else the expression")]
+    title: Annotated[str, Declared("title of the figure", usual="the file of a measurement, else the expression")]
     | None = None,
     size: Size = 256,
     samples: Samples = 32,

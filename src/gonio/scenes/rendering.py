@@ -89,7 +89,7 @@ def render(
     `lights`: a light or several; by default `EnvironmentLight.studio()`, and its luminance, alike in all channels, for
     materials whose channels are no colours (bands of a satellite, say), of which the picture has as many channels.
 
-    Each pixel averages `samples` points within it, 32 where nobody says how many. Lights with extent are sampled by the
+    Each pixel averages `samples` points within it. Lights with extent are sampled by the
     material and, where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are
     exact. There is no interreflection: what is seen is lit by lights alone. Of what transmits one surface is seen, and
     bodies shadow as if it were opaque: a LeftOutWarning names the parts that this matters for. Spectral materials are
