@@ -196,7 +196,7 @@ def test_a_zarr_folder_is_a_material(run, tmp_path):
     size = sum(p.stat().st_size for p in (tmp_path / "out.zarr").rglob("*") if p.is_file())
     assert json.loads(run("info", "out.zarr", "--json").stdout)["bytes"] == size
     assert json.loads(run("convert", "m.csv", "other.zarr", "--json").stdout)["bytes"] == size
-    for command in ("albedo out.zarr --theta 30", "convert out.zarr m.nc", "cite out.zarr"):
+    for command in ("albedo out.zarr --theta-i 30", "convert out.zarr m.nc", "cite out.zarr"):
         result = run(*command.split())
         assert result.exit_code == 0 and result.stdout, (command, result.stderr)
     assert run("convert", "m.csv", "out.zarr").exit_code == 0  # a store is replaced, as gn.save does it

@@ -16,14 +16,14 @@ import source_cases as cases
 import source_compilers as compilers
 
 import gonio as gn
-from gonio.bridges.source import languages
+from gonio.bridges.source import LANGUAGES
 from gonio.bridges.source.writing import SMALL
 from gonio.catalogue.expressions import expression
-from gonio.errors import NotFoundError, ParameterError
+from gonio.errors import ParameterError
 from gonio.formats.window_xml.klems import QUARTER, Klems
 from gonio.pictures.image import read_image
 
-ALL = tuple(languages())
+ALL = tuple(LANGUAGES)
 RUN = tuple(compilers.COMPILERS)
 FUNCTIONS = ("f", "pdf", "sample")
 GLOSSY = "Lambertian([0.4, 0.1, 0.05]) + Microfacet(GGX(0.2))"
@@ -267,12 +267,12 @@ LAMBERT = gn.Lambertian(0.5)
 @pytest.mark.parametrize(
     ("options", "kind", "words"),
     [
-        ({"language": "metal"}, NotFoundError, "language='metal'.*'glsl'"),
-        ({"language": "gsl"}, NotFoundError, "glsl"),
-        ({"function": "g"}, NotFoundError, "function='g'.*'f'.*'pdf'"),
-        ({"function": ()}, ParameterError, "one of each function"),
+        ({"language": "metal"}, ParameterError, "language='metal'.*'glsl'"),
+        ({"language": "gsl"}, ParameterError, "glsl"),
+        ({"function": "g"}, ParameterError, "function='g'.*'f'.*'pdf'"),
+        ({"function": ()}, ParameterError, "one of 'f', 'f_cos'"),
         ({"function": ("f", "f")}, ParameterError, "one of each function"),
-        ({"parameters": "numbers"}, NotFoundError, "'constants', 'arguments'"),
+        ({"parameters": "numbers"}, ParameterError, "'constants' or 'arguments'"),
         ({"name": "2gold"}, ParameterError, "letters, digits"),
         ({"name": "gl_gold"}, ParameterError, "gl_"),
         ({"name": "a__b"}, ParameterError, "single _"),

@@ -108,7 +108,7 @@ TABLE = [
     ("gn.render(matte, sun, size=1e3)", "render(size=1000.0): expected a whole number"),
     ("gn.render(matte, sun, shape=3)", "render(shape=3): expected a word"),
     ("gn.render(matte, sun, size=4, progress=1)", "render(progress=1): expected a function"),
-    ("gn.check(matte, laws=3)", "check(laws=3): expected a list of which each is a word"),
+    ("gn.check(matte, laws=3)", "check(laws=3): expected words: only these"),
     ("gn.check(matte, laws='energie')", "no law 'energie'"),
     ("gn.threads('x')", "expected a whole number"),
     ("gn.material(None)", "material(name=None): expected a word"),

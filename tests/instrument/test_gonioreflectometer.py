@@ -175,9 +175,9 @@ def test_parts_cover_the_surface_once(mirrored):
     "change, message",
     [
         ({"theta_i": 30.0}, "numpy.radians"),
-        ({"theta_i": [0.5, 0.2]}, "increasing"),
-        ({"theta_i": np.nan}, "finite"),
-        ({"theta_i": []}, "increasing"),
+        ({"theta_i": [0.5, 0.2]}, "rising"),
+        ({"theta_i": np.nan}, "numbers from 0 below"),
+        ({"theta_i": []}, "rising"),
         ({"theta_i": np.pi / 2}, "below"),
         ({"phi_i": 0.0}, "isotropic"),
         ({"facet": 1.5}, "0 to 1"),

@@ -201,9 +201,9 @@ def test_help_names_the_figures_that_can_be_written():
 
 def test_the_command_line_offers_what_errors_may_be():
     """In `albedo.py`: edit its choices when `uncertainty/correlation.py` knows others."""
-    (option,) = (option for option in albedo.albedo.params if option.name == "assumed")
-    assert tuple(option.type.choices) == correlation.WORDS
-    assert option.help.endswith(f"[default: {', '.join(facts.ASSUMPTIONS)}]")
+    (option,) = (option for option in albedo.albedo.asked if option.name == "uncertainty")
+    assert option.type.declared.words == correlation.WORDS
+    assert option.help.endswith(f"[default: {','.join(facts.ASSUMPTIONS)}]")
 
 
 def test_formats_of_pictures_say_what_they_are():

@@ -170,7 +170,7 @@ def test_the_program_of_a_report_gives_its_numbers(paint, tmp_path, monkeypatch,
 
 def test_uncertainties_of_a_table_are_those_of_gonio(quick):
     m = gn.load(PTFE)
-    one = page.data([Subject.of("ptfe", m)], with_fits=False)["materials"][0]
+    one = page.data([Subject.of("ptfe", m)], fits=False)["materials"][0]
     table = one["albedo"]["table"]
     assert table["theta_i"] == [0.0, 15.0, 30.0, 45.0, 60.0]  # what was measured
     wi = gn.direction(np.radians(table["theta_i"]), np.pi)
@@ -295,7 +295,7 @@ def test_a_page_with_pictures_of_full_size_is_whole():
 
 def test_equal_reports_are_equal(quick):
     subject = Subject.of("a", gn.Lambertian(0.5))
-    both = [re.sub(r"on \d{4}-.*?\.", "", page.made([subject], with_fits=False)) for _ in range(2)]
+    both = [re.sub(r"on \d{4}-.*?\.", "", page.made([subject], fits=False)) for _ in range(2)]
     assert both[0] == both[1]
 
 
@@ -312,7 +312,7 @@ KINDS = {
 def test_every_kind_has_its_parts(quick, kind):
     text, more = KINDS[kind]
     m = gn.expression(text)
-    read = whole(page.made([Subject(kind, m, text)], with_fits=False))
+    read = whole(page.made([Subject(kind, m, text)], fits=False))
     without = {"colour"} if kind == "bands" else set()
     assert read.sections == (EVERY - without) | more
     assert "left out on request" in read.words
@@ -322,7 +322,7 @@ def test_every_kind_has_its_parts(quick, kind):
 
 def test_a_spectrum_has_a_plot_and_colours(quick):
     m = gn.material("gold", wavelengths=np.arange(400.0, 701.0, 10.0))
-    said, text = reported([Subject.of("gold", m)], with_fits=False)
+    said, text = reported([Subject.of("gold", m)], fits=False)
     one = said["materials"][0]
     assert one["colour"]["spectrum"]["wavelengths"] == list(np.arange(400.0, 701.0, 10.0))
     assert one["albedo"]["table"]["shown"] == [0, 5, 10, 15, 20, 25, 30]
@@ -356,7 +356,7 @@ def test_measurements_in_files(quick, tmp_path):
     """One of RGL's, whose file's name is no HTML."""
     path = tmp_path / "a<b>\"&'.bsdf"
     tensor_file.write(path, rgl_files.synthetic(n=12, n_ndf=16, n_theta=5))
-    assert whole(page.made([Subject.of("m", gn.load(path))], with_fits=False)).sections == EVERY
+    assert whole(page.made([Subject.of("m", gn.load(path))], fits=False)).sections == EVERY
 
 
 def test_measurements_on_grids(quick):
@@ -365,13 +365,13 @@ def test_measurements_on_grids(quick):
     axes = {"theta_h": theta, "theta_d": theta, "phi_d": np.radians(np.linspace(0.0, 180.0, 9))}
     f = np.full((12, 12, 9, 3), 0.1) + np.exp(-20.0 * theta)[:, None, None, None]
     table = gn.Gridded("half_difference", axes, f, channels=["R", "G", "B"])
-    assert whole(page.made([Subject.of("m", table)], with_fits=False)).sections == EVERY
+    assert whole(page.made([Subject.of("m", table)], fits=False)).sections == EVERY
 
 
 def test_names_are_text(quick):
     bad = "<script>alert(1)</script>'\"&</style><img src=x onerror=alert(2)>\x1b\ud800\u202e"
     m = gn.Lambertian(0.5)
-    text = page.made([Subject(bad, m, bad, (bad,), ()), Subject(bad, m, bad)], None, bad, with_fits=False)
+    text = page.made([Subject(bad, m, bad, (bad,), ()), Subject(bad, m, bad)], None, bad, fits=False)
     read = whole(text)
     assert bad[:-3] + r"\x1b\ud800\u202e" in read.words and text.encode("utf-8")
     assert text.count("<script") == 3 and "onerror=alert(2)>" not in text.replace("&gt;", "")
@@ -410,7 +410,7 @@ def test_what_cannot_be_computed_says_why(quick, monkeypatch):
         raise ParameterError("it <is> broken; expected otherwise")
 
     monkeypatch.setattr(curves, "slices", broken)
-    read = whole(page.made([Subject.of("a", gn.Lambertian(0.5))], with_fits=False))
+    read = whole(page.made([Subject.of("a", gn.Lambertian(0.5))], fits=False))
     assert "Not shown: it <is> broken; expected otherwise" in read.words
 
 
@@ -689,6 +689,6 @@ def test_a_whole_page_prints(printed, paint):
 def test_every_model_has_a_report(quick, name):
     kind = gn.models()[name]
     m = kind([gn.Interface(1.5), gn.Medium(2.0, 1.0)], gn.Lambertian(0.1)) if name == "Stack" else kind()
-    one = page.data([Subject.of(name, m)], with_fits=False)["materials"][0]
+    one = page.data([Subject.of(name, m)], fits=False)["materials"][0]
     assert {*one["left_out"]} == {"fits"}
-    whole(page.made([Subject.of(name, m)], with_fits=False))
+    whole(page.made([Subject.of(name, m)], fits=False))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from source_cases import Call, Case
 
-from gonio.bridges.source import languages
+from gonio.bridges.source import LANGUAGES
 from gonio.compile.source.language import Language, Vector
 from gonio.trace.graph import MASK, REAL
 
@@ -30,7 +30,7 @@ def vectors(call: Call) -> list[Vector]:
 
 def wrapped(case: Case, call: Call, given: Callable[[int, int], str], parameter: Callable[[int], str]) -> Wrapped:
     """A call with the components of directions as `given(argument, component)` and parameters as `parameter(place)`."""
-    language = languages()[case.source.language]
+    language = LANGUAGES[case.source.language]
     lines, names = [], []
     for k, values in enumerate(call.arguments):
         v = Vector(f"given{k}", values.shape[1])

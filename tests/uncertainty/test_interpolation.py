@@ -270,12 +270,12 @@ def run(monkeypatch):
 
 
 def test_on_the_command_line(run):
-    text = run(scan(GLOSSY, noise=0.01), "albedo", "x", "--theta", "32", "--uncertainty", "common")
+    text = run(scan(GLOSSY, noise=0.01), "albedo", "x", "--theta-i", "32", "--uncertainty", "common")
     assert "(noise 0.0031, interpolation 0.1)" in text
     assert "the values lie in 2 half-planes" in text
-    text = run(scan(GLOSSY), "albedo", "x", "--theta", "32")
+    text = run(scan(GLOSSY), "albedo", "x", "--theta-i", "32")
     assert "albedo ± U (k = 1), by interpolation alone" in text
-    row = json.loads(run(scan(GLOSSY), "albedo", "x", "--theta", "32", "--json"))[0]
+    row = json.loads(run(scan(GLOSSY), "albedo", "x", "--theta-i", "32", "--json"))[0]
     assert row["u"] == row["u_interpolation"]
     assert row["u_noise"] == {"interpolation": 0.0}
     text = run(scan(GLOSSY), "info", "x")

@@ -535,19 +535,19 @@ def run(monkeypatch):
 
 def test_albedo_on_the_command_line(run):
     m = spectral(("R", "G", "B"))
-    lines = run(m, "albedo", "x", "--theta", "0,45", "--phi", "0,90").splitlines()
+    lines = run(m, "albedo", "x", "--theta-i", "0,45", "--phi-i", "0,90").splitlines()
     assert len(lines) == 1 + 2 * 2 * 3
     assert lines[0].split()[:3] == ["theta_i", "phi_i", "channel"]
     assert "0.2500 ± 0.0050" in lines[1]
-    text = run(m, "albedo", "x", "--theta", "45", "--uncertainty", "common", "-k", "2")
+    text = run(m, "albedo", "x", "--theta-i", "45", "--uncertainty", "common", "-k", "2")
     assert "(k = 2), common errors" in text
     assert "independent" not in text
     assert "0.250 ± 0.010" in text
-    rows = json.loads(run(m, "albedo", "x", "--theta", "45", "--json"))
+    rows = json.loads(run(m, "albedo", "x", "--theta-i", "45", "--json"))
     assert [row["channel"] for row in rows] == ["R", "G", "B"]
     assert rows[1]["u"]["common"] == pytest.approx(0.01, rel=1e-2)
     assert rows[1]["u"]["independent"] < 0.2 * rows[1]["u"]["common"]
-    plain = json.loads(run(gn.Lambertian(0.25), "albedo", "x", "--theta", "45", "--json"))
+    plain = json.loads(run(gn.Lambertian(0.25), "albedo", "x", "--theta-i", "45", "--json"))
     assert plain == [{"theta_i": 45.0, "phi_i": 0.0, "albedo": pytest.approx(0.25)}]
 
 

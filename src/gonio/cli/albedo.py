@@ -2,72 +2,44 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from itertools import product
+from typing import Annotated, Any
 
 import click
 import numpy as np
 
-from .angles import Angles
-from .options import json_option, material_argument, read_material, replace_option
+from ..base.reflectance import Reflectance
+from ..declared.arguments import BELOW_HORIZON, Declared
+from .command import Asked, command
+from .options import Material, json_option, material_argument
 from .tables import table
 from .terminal import echo, print_json
-
-if TYPE_CHECKING:
-    from ..base.reflectance import Reflectance
 
 ALONE = "interpolation"
 """The assumption about errors of a table that states no uncertainties."""
 
 
-@click.command(short_help="Quote the albedo of MATERIAL, with its uncertainty.")
-@material_argument
-@replace_option
-@json_option
-@click.option("--theta", type=Angles(90.0), default="0,45,75", show_default=True, help="Polar angles of incidence.")
-@click.option("--phi", type=Angles(), default="0", show_default=True, help="Azimuths of incidence.")
-@click.option(
-    "--uncertainty",
-    "assumed",
-    type=click.Choice(["independent", "common", "channel"]),
-    multiple=True,
-    help="What the errors of the values are taken to be; may be repeated.  [default: independent, common]",
-)
-@click.option("--scale", type=float, metavar="U", help="Relative standard uncertainty of all values together.")
-@click.option("-k", "factor", default=1.0, show_default=True, help="Coverage factor of what is printed.")
-def albedo(
-    material: str,
-    replaced: tuple[str, ...],
-    as_json: bool,
-    theta: list[float],
-    phi: list[float],
-    assumed: tuple[str, ...],
-    scale: float | None,
-    factor: float,
-) -> None:
-    """Quote the albedo of MATERIAL: its directional-hemispherical reflectance, by angle of incidence and channel.
-
-    Of a measured table also the uncertainty: by noise, as far as the uncertainties of its values are stated (little if
-    their errors are independent, most if one error is common to all), and by interpolation between what was measured.
-    """
-    m = read_material(material, replaced)
-    rows = albedos(m, theta, phi, assumed, scale)
-    if as_json:
-        print_json(rows)
-    else:
-        echo(as_text(rows, factor))
-        if few := of_few(m):
-            echo(few)
-
-
 def albedos(
     m: Reflectance,
-    theta: Sequence[float],
-    phi: Sequence[float],
-    assumptions: Sequence[str] = (),
-    scale: float | None = None,
+    theta_i: Annotated[Sequence[float], Declared("polar angles of incidence", 0.0, BELOW_HORIZON, "rad")] = tuple(
+        map(math.radians, (0.0, 45.0, 75.0))
+    ),
+    phi_i: Annotated[Sequence[float], Declared("azimuths of incidence", unit="rad")] = (0.0,),
+    uncertainty: Annotated[
+        Sequence[str],
+        Declared(
+            "what the errors of the values are taken to be",
+            words=("independent", "common", "channel"),
+            usual="independent,common",
+        ),
+    ]
+    | None = None,
+    **options: Any,
 ) -> list[dict[str, Any]]:
-    """A row for every direction of incidence [degrees] and channel: the albedo, and of tables the uncertainties.
+    """A row for every direction of incidence and channel: the albedo, and of tables the uncertainties, by the options
+    of `with_uncertainty`.
 
     "u", "u_noise" and "u_interpolation" hold a number for each assumption; `ALONE` where no uncertainties are stated.
     """
@@ -80,18 +52,18 @@ def albedos(
     from ..uncertainty import with_uncertainty
     from ..uncertainty.table import has_uncertainty
 
-    w = direction(np.radians(theta)[:, None], np.radians(phi)).reshape(-1, 3)
+    w = direction(np.array(theta_i)[:, None], np.array(phi_i)).reshape(-1, 3)
     names: Sequence[str] = ()
-    if assumptions or scale is not None or isinstance(m, Gridded):
-        names = assumptions or (ASSUMPTIONS if scale is not None or has_uncertainty(m) else (ALONE,))
+    if uncertainty or "scale" in options or isinstance(m, Gridded):
+        names = uncertainty or (ASSUMPTIONS if "scale" in options or has_uncertainty(m) else (ALONE,))
     quoted = {
-        name: with_uncertainty(albedo, m, w, correlation=None if name == ALONE else name, scale=scale) for name in names
+        name: with_uncertainty(albedo, m, w, correlation=None if name == ALONE else name, **options) for name in names
     }
     value = with_channels(quoted[names[0]].value if names else albedo(m, w), 1)
     count = value.shape[1]
     channels = list("RGB") if m.channel_names is None and count == 3 else [channel(m, c) for c in range(count)]
     rows = []
-    for i, (t, p) in enumerate((t, p) for t in theta for p in phi):
+    for i, (t, p) in enumerate(product(map(_degrees, theta_i), map(_degrees, phi_i))):
         for c, number in enumerate(value[i]):
             of = {"channel": channels[c]} if count > 1 else {}
             row = {"theta_i": t, "phi_i": p, **of, "albedo": float(number)}
@@ -99,6 +71,31 @@ def albedos(
                 row[u] = {name: float(getattr(q, u).reshape(value.shape)[i, c]) for name, q in quoted.items()}
             rows.append(row)
     return rows
+
+
+@command(albedos, "with_uncertainty", short_help="Quote the albedo of MATERIAL, with its uncertainty.")
+@material_argument
+@json_option
+@click.option("-k", "factor", metavar="X", default=1.0, help="Coverage factor of what is printed.  [default: 1]")
+def albedo(material: Material, as_json: bool, factor: float, asked: Asked) -> None:
+    """Quote the albedo of MATERIAL: its directional-hemispherical reflectance, by angle of incidence and channel.
+
+    Of a measured table also the uncertainty: by noise, as far as the uncertainties of its values are stated (little if
+    their errors are independent, most if one error is common to all), and by interpolation between what was measured.
+    """
+    m = material.read()
+    rows = albedos(m, **asked.of("albedos"), **asked.of("with_uncertainty"))
+    if as_json:
+        print_json(rows)
+    else:
+        echo(as_text(rows, factor))
+        if few := of_few(m):
+            echo(few)
+
+
+def _degrees(angle: float) -> float:
+    """A typed angle, without what rounding adds."""
+    return float(f"{math.degrees(angle):.12g}")
 
 
 def of_few(m: Reflectance) -> str:

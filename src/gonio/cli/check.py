@@ -6,13 +6,14 @@ import textwrap
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..errors import ParameterError, visible
 from . import completion
-from .options import json_option, read_material, reading_option, replace_option, title_of
+from .command import Asked, Command, command
+from .options import Material, json_option, reading_option, replace_option, together
 from .tables import paragraph, table
 from .terminal import bar, echo, print_json
 
@@ -26,7 +27,7 @@ EFFICIENCY = (
 )
 
 
-class _WithLaws(click.Command):
+class _WithLaws(Command):
     """A command that lists the laws in its help, where LAWS stands; they are looked up when help is asked for."""
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -40,24 +41,20 @@ class _WithLaws(click.Command):
         super().format_help_text(ctx, formatter)
 
 
-@click.command(cls=_WithLaws, short_help="Hold MATERIAL to the laws of physics.")
-@click.argument("material", required=False, shell_complete=completion.materials)
-@replace_option
+@command("check", cls=_WithLaws, short_help="Hold MATERIAL to the laws of physics.")
+@together(
+    "material",
+    Material,
+    click.argument("text", metavar="[MATERIAL]", required=False, shell_complete=completion.materials),
+    replace_option,
+)
 @reading_option
 @json_option
 @click.option("--plot", type=click.Path(path_type=Path), help="Figure to write that explains: .png, .pdf or .svg.")
 @click.option("--sampling", is_flag=True, help="Say also how well sampling does, by angle of view and lobe.")
 @click.option("--all", "every", is_flag=True, help="Check every model instead, and print one table.")
 @click.pass_context
-def check(
-    ctx: click.Context,
-    material: str | None,
-    replaced: tuple[str, ...],
-    as_json: bool,
-    plot: Path | None,
-    sampling: bool,
-    every: bool,
-) -> None:
+def check(ctx: click.Context, material: Material, as_json: bool, asked: Asked, **own: Any) -> None:
     """Hold MATERIAL to the laws.
 
     LAWS
@@ -66,11 +63,13 @@ def check(
     uncertainties explain; with --all, if one fails that
     the model does not declare to break.
     """
-    if every == (material is not None):
+    plot, sampling = own["plot"], own["sampling"]
+    if own["every"] == (material.text is not None):
         raise click.UsageError("expected one of MATERIAL and --all", ctx)
-    if material is None:
-        if replaced or plot or sampling:
+    if own["every"]:
+        if material.replaced or plot or sampling:
             raise click.UsageError("--all takes no -p, --plot or --sampling", ctx)
+        asked.refuse_others("beside --all")
         ctx.exit(_check_all(as_json))
     from ..integrals.efficiency import sampling_efficiency
     from ..laws import MapReport
@@ -80,10 +79,10 @@ def check(
         from ..figures._drawing import check_target
 
         check_target(plot)
-    m = read_material(material, replaced)
-    title = title_of(material, replaced) if as_json else visible(title_of(material, replaced))
+    m = material.read()
+    title = material.title if as_json else visible(material.title)
     with bar("checking") as progress:
-        report = replace(check_laws(m, progress=progress), material=title)
+        report = replace(check_laws(m, progress=progress, **asked.of("check")), material=title)
     if isinstance(report, MapReport) and (plot or sampling):
         raise ParameterError(f"{title}: its parameters are maps; expected one material for --plot and --sampling")
     rows = sampling_efficiency(m) if sampling else []

@@ -43,7 +43,17 @@ gonio --help for all; gonio COMMAND --help for one of them."""
 """What is said to those who do not say what they want: the three most useful commands."""
 
 
-@click.group(name="gonio", cls=Program, invoke_without_command=True, context_settings=_SETTINGS)
+class _Gonio(Program):
+    """The commands that are written, and those that are public functions."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of this name."""
+        from .functions import command_of
+
+        return super().get_command(ctx, cmd_name) or command_of(cmd_name)
+
+
+@click.group(name="gonio", cls=_Gonio, invoke_without_command=True, context_settings=_SETTINGS)
 @click.version_option(__version__, message="gonio %(version)s")
 @click.pass_context
 def cli(ctx: click.Context) -> None:
@@ -51,16 +61,19 @@ def cli(ctx: click.Context) -> None:
 
     MATERIAL is a file (`gonio formats` lists what can be read; - is standard input), the name of a built-in
     material (gold-metallic-paint), or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))").
-    -p alpha=0.3 replaces a parameter of any of them. Angles are in degrees, or have their unit: 8, 8deg, 0.14rad.
+    -p alpha=0.3 replaces a parameter of any of them. Angles are in degrees, or have their unit: 8, 8deg, 0.14rad;
+    shares are in %.
 
     \b
     Examples:
-      gonio materials paint                         built-in paints
-      gonio models GGX                              what a model is, and its parameters
-      gonio render gold-metallic-paint -o gold.png  a lit sphere
-      gonio check measured.binary                   does it obey the laws?
-      gonio show gold -p alpha=0.3 -o gold.pdf      slices, albedo and a sphere
-      gonio fit measured.binary                     which numbers of a model come nearest
+      gonio materials paint                     built-in paints
+      gonio models GGX                          what a model is, its parameters
+      gonio render gold -o gold.png             a lit sphere
+      gonio check measured.binary               does it obey the laws?
+      gonio show gold -p alpha=0.3 -o gold.pdf  slices, albedo and a sphere
+      gonio fit measured.binary                 which numbers of a model fit
+
+    Functions of Python that ask for no more than a material and numbers are commands too: gonio white-sky-albedo gold.
 
     Exit code: 0 good, 1 a law failed, 2 bad input or a failure of the machine, 70 a fault of gonio.
     """

@@ -64,13 +64,6 @@ def lights(ctx: click.Context, param: click.Parameter, typed: str) -> list[Compl
     return _and_files((word.name for word in words() if not word.name.startswith("FILE")), typed)
 
 
-def languages(ctx: click.Context, param: click.Parameter, typed: str) -> list[CompletionItem]:
-    """Languages of source text."""
-    from ..bridges.source import languages as every
-
-    return _starting(every(), typed)
-
-
 def _starting(names: Iterable[str], typed: str) -> list[CompletionItem]:
     return [CompletionItem(name) for name in names if name.lower().startswith(typed.lower())]
 

@@ -10,7 +10,8 @@ import click
 
 from ..errors import visible
 from . import completion
-from .options import json_option, read_material, reading_option, replace_option, since, title_of
+from .command import Asked, command
+from .options import Material, json_option, reading_option, replace_option, since, together
 from .tables import size_in_words, table
 from .terminal import echo, print_json
 
@@ -18,29 +19,17 @@ if TYPE_CHECKING:
     from ..conversion.conversion import Conversion
 
 
-@click.command(short_help="Write a material to a file of another format.")
-@click.argument("material", metavar="IN", shell_complete=completion.materials)
-@click.argument("output", metavar="OUT", type=click.Path(path_type=Path))
-@replace_option
-@reading_option
-@click.option(
-    "--format",
-    "format_",
-    metavar="FORMAT",
-    shell_complete=completion.formats,
-    help="Format, where the suffix of OUT does not say which.",
+@command("convert", short_help="Write a material to a file of another format.")
+@together(
+    "material", Material, click.argument("text", metavar="IN", shell_complete=completion.materials), replace_option
 )
+@click.argument("output", metavar="OUT", type=click.Path(path_type=Path))
+@reading_option
 @click.option("--resolution", metavar="N,N,..", help="Nodes along each axis, of formats that leave a choice.")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="Option of the format; may be repeated.")
 @json_option
 def convert(
-    material: str,
-    output: Path,
-    replaced: tuple[str, ...],
-    format_: str | None,
-    resolution: str | None,
-    options: tuple[str, ...],
-    as_json: bool,
+    material: Material, output: Path, resolution: str | None, options: tuple[str, ...], as_json: bool, asked: Asked
 ) -> None:
     """Write the material IN to the file OUT, and report changes and losses.
 
@@ -58,16 +47,16 @@ def convert(
     from ..formats._options import of_texts
 
     start = time.perf_counter()
-    module = writer(output, format_)
+    module = writer(output, **asked.of("convert"))
     target(module, output)
     texts = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
     chosen = of_texts(module, "write", texts)
-    conversion = convert_to(read_material(material, replaced), output, module.NAME, **chosen)
+    conversion = convert_to(material.read(), output, module.NAME, **chosen)
     if as_json:
-        print_json({**conversion.to_json(), "material": title_of(material, replaced)})
+        print_json({**conversion.to_json(), "material": material.title})
         return
     size = size_in_words(conversion.bytes)
-    echo(visible(f"{output}: {title_of(material, replaced)} as {conversion.format}, {size}, {since(start)}"))
+    echo(visible(f"{output}: {material.title} as {conversion.format}, {size}, {since(start)}"))
     echo(conversion_as_text(conversion))
 
 

@@ -14,7 +14,8 @@ import click
 import numpy as np
 
 from ..errors import MeaningWarning, ParameterError, visible
-from .options import READING, json_option, reading_option, since
+from .command import Asked, command
+from .options import READING, json_option, output_option, reading_option, since
 from .tables import size_in_words, table
 from .terminal import echo, print_json
 
@@ -33,16 +34,13 @@ _SUSPICIOUS = re.compile(r"^suspicious", re.MULTILINE)
 DELIMITERS = {";": "semicolons", ",": "commas", "\t": "tabs", "|": "bars"}
 
 
-@click.command("import", short_help="Show how a laboratory's table is understood, and convert it.")
+@command("convert", name="import", short_help="Show how a laboratory's table is understood, and convert it.")
 @click.argument("file", type=click.Path(path_type=Path))
 @reading_option
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, once the table is understood.")
-@click.option(
-    "--format", "format_", metavar="FORMAT", help="Format, where the suffix of the output does not say which."
-)
+@output_option("File to write, once the table is understood.", required=False)
 @json_option
 @click.pass_context
-def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | None, as_json: bool) -> None:
+def import_(ctx: click.Context, file: Path, output: Path | None, as_json: bool, asked: Asked) -> None:
     """Show how the table in FILE, CSV or .xlsx, is understood: column by column, and what looks wrong.
 
     Nothing is guessed: what has two readings is refused, with the -O option that decides. With -o the table is then
@@ -61,7 +59,7 @@ def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | 
     start = time.perf_counter()
     texts = ctx.meta.get(READING, ())
     if output is not None:
-        target(writer(output, format_), output)
+        target(writer(output, **asked.of("convert")), output)
     if not file.is_file():
         raise ParameterError(f"{file}: no such file; expected a table, CSV or .xlsx")
     module = recognised(file, names_in(texts))
@@ -84,17 +82,17 @@ def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | 
         title = f"{file}: {module.NAME}, {size_in_words(file.stat().st_size)}"
         echo(as_text(title, understood, facts, wrong))
     if output is not None:
-        _convert(m, output, format_, start, as_json)
+        _convert(m, output, asked.of("convert"), start, as_json)
     elif not as_json:
         echo("\nNothing is written: -o FILE writes it, -O NAME=VALUE changes how it is read.")
 
 
-def _convert(m: Reflectance, output: Path, format_: str | None, start: float, as_json: bool) -> None:
+def _convert(m: Reflectance, output: Path, named: dict[str, Any], start: float, as_json: bool) -> None:
     from ..conversion.conversion import convert
     from ..formats import writer
     from .convert import conversion_as_text
 
-    conversion = convert(m, output, writer(output, format_).NAME)
+    conversion = convert(m, output, writer(output, **named).NAME)
     said = visible(f"{output}: {conversion.format}, {size_in_words(conversion.bytes)}, {since(start)}")
     echo(f"\n{said}\n{conversion_as_text(conversion)}", err=as_json)
 

@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from ..formula.text import literal
-from .options import json_option, material_argument, read_material, replace_option
+from .options import Material, json_option, material_argument
 from .tables import size_in_words, table
 from .terminal import echo, print_json
 
@@ -18,13 +18,12 @@ LONGEST = 300
 
 @click.command(short_help="Say what MATERIAL is, and what a file holds.")
 @material_argument
-@replace_option
 @json_option
-def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
+def info(material: Material, as_json: bool) -> None:
     """Say what MATERIAL is: formula, parameters, channels, albedo; of a file also what it holds and lacks."""
     from ..facts.material import facts
 
-    about = facts(material, read_material(material, replaced))
+    about = facts(material.text, material.read())
     if as_json:
         print_json(about)
     else:

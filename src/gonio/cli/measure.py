@@ -11,50 +11,19 @@ import click
 import numpy as np
 
 from ..errors import ExpressionError, NotFoundError, ParameterError, suggestion, visible
-from .angles import Angles
+from .command import Asked, command
 from .options import json_option, output_option
 from .terminal import bar, echo, print_json
 
 
-@click.command(short_help="Measure a surface that is described by its shape.")
+@command(
+    *("gonioreflectometer", "save", "surfaces.from_map"), short_help="Measure a surface that is described by its shape."
+)
 @click.argument("surface", metavar="SURFACE")
 @output_option("File to write, in the format of its suffix.")
-@click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix does not say which.")
 @click.option("--facet", default="1", show_default=True, help="Facets: the reflectance of mirrors, or a MATERIAL.")
-@click.option(
-    "--theta", type=Angles(90.0), default="0,15,30,45,60,75", show_default=True, help="Polar angles of incidence."
-)
-@click.option(
-    "--phi", type=Angles(), help="Azimuths of incidence, of surfaces that are not isotropic.  [default: every 30]"
-)
-@click.option("--cells", default="18,36", show_default=True, help="Rings and sectors that light is counted in.")
-@click.option("--error", default=0.01, show_default=True, help="Relative error, of a cell on average, to go on until.")
-@click.option("--bounces", default=16, show_default=True, help="How often light is followed.")
-@click.option("--rays", default=1 << 18, show_default=True, help="Rays on each surface, from each direction.")
-@click.option("--most", default=256, show_default=True, help="Independent surfaces at most.")
-@click.option("--seed", default=0, type=click.IntRange(min=0), show_default=True, help="Of the random numbers.")
-@click.option("--pixel", type=float, help="Distance of the heights of a map, in --unit.")
-@click.option("--unit", default="um", show_default=True, help="Unit of --pixel and of the heights: nm, um, mm, m.")
-@click.option("--scale", default=1.0, show_default=True, help="What a number of a map stands for, in --unit.")
 @json_option
-def measure(
-    surface: str,
-    output: Path,
-    format_: str | None,
-    facet: str,
-    theta: list[float],
-    phi: list[float] | None,
-    cells: str,
-    error: float,
-    bounces: int,
-    rays: int,
-    most: int,
-    seed: int,
-    pixel: float | None,
-    unit: str,
-    scale: float,
-    as_json: bool,
-) -> None:
+def measure(surface: str, output: Path, facet: str, as_json: bool, asked: Asked) -> None:
     """Measure a surface that is described by its shape, with rays: the virtual gonioreflectometer.
 
     SURFACE is a height map (.npy, rows of numbers, a gray picture; with --pixel; or .sdf), or one of gaussian(0.3),
@@ -68,29 +37,22 @@ def measure(
     from ..formats import save, target, writer
     from ..instrument.measure import gonioreflectometer
 
-    module = writer(output, format_)
+    module = writer(output, **asked.of("save"))
     target(module, output)
-    shape = _map(surface, pixel, unit, scale) if os.path.exists(surface) else surface_of(surface)
+    shape = _map(surface, asked) if os.path.exists(surface) else _of_expression(surface, asked)
     with bar("measuring") as progress:
-        m = gonioreflectometer(
-            shape,
-            _facet(facet),
-            np.radians(theta),
-            None if phi is None else np.radians(phi),
-            _numbers(cells),
-            error,
-            bounces=bounces,
-            rays=rays,
-            most=most,
-            seed=seed,
-            progress=progress,
-        )
+        m = gonioreflectometer(shape, _facet(facet), progress=progress, **asked.of("gonioreflectometer"))
     save(m, output, module.NAME)
     if as_json:
         print_json(_as_json(m))
     else:
         echo(visible(f"{output}: {shape.title}, facets {facet}"))
         echo(str(m.report))
+
+
+def _of_expression(text: str, asked: Asked) -> Any:
+    asked.refuse_others("beside a surface that is no map", "gonioreflectometer", "save")
+    return surface_of(text)
 
 
 def surface_of(text: str) -> Any:
@@ -115,14 +77,15 @@ def surface_of(text: str) -> Any:
         raise ParameterError(f"{text!r:.90}: {error}") from None
 
 
-def _map(path: str, pixel: float | None, unit: str, scale: float) -> Any:
+def _map(path: str, asked: Asked) -> Any:
     from ..surfaces import from_map
 
-    if pixel is None and not path.lower().endswith(".sdf"):
+    how = asked.of("surfaces.from_map")
+    if "pixel" not in how and not path.lower().endswith(".sdf"):
         raise ParameterError(
             f"{path!r:.90}: expected --pixel, the distance of its heights, such as --pixel 0.5 --unit um"
         )
-    return from_map(path, pixel, unit, scale=scale)
+    return from_map(path, **how)
 
 
 def _facet(text: str) -> Any:
@@ -132,16 +95,6 @@ def _facet(text: str) -> Any:
         return float(text)
     except ValueError:
         return resolve(text)
-
-
-def _numbers(text: str) -> tuple[int, int]:
-    try:
-        rings, sectors = map(int, text.split(","))
-    except ValueError:
-        raise ParameterError(
-            f"--cells {text!r:.60}: expected two whole numbers, rings and sectors, such as 18,36"
-        ) from None
-    return rings, sectors
 
 
 def _as_json(m: Any) -> dict[str, Any]:

@@ -8,15 +8,13 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from ..errors import ParameterError, visible
 from . import options
+from .command import Asked, command
 from .tables import table
 from .terminal import bar, echo, print_json
 
 if TYPE_CHECKING:
-    from ..base.light import Light
     from ..base.reflectance import Reflectance
     from ..pictures.image import Image
     from ..reconstruction.nearest import Match
@@ -34,59 +32,20 @@ ABOVE = 0.45
 """Height of the two lines above a picture [inches]."""
 
 
-@click.command(short_help="Rank the materials that are most like MATERIAL.")
+@command(
+    *("nearest", "render"),
+    options={"among": "-a", "distance": "-d", "count": "-n", "checkpoint": ""},
+    usual={"size": 192, "samples": 64},
+    repeated=("among",),
+    short_help="Rank the materials that are most like MATERIAL.",
+)
 @options.material_argument
-@options.replace_option
-@click.option(
-    "-a",
-    "--among",
-    metavar="MATERIALS",
-    multiple=True,
-    help="What to compare with: a file, a folder of files, a MATERIAL, a kind (metal) or a pattern ('*paint*') of the "
-    "built-in ones; may be repeated.  [default: all built-in materials]",
-)
-@click.option(
-    "-d",
-    "--distance",
-    type=click.Choice(["log", "cosine", "cube_root"]),
-    default="log",
-    show_default=True,
-    help="Difference of what: ln(1 + f cos), f cos (highlights count most), or its cube root (dark parts count too).",
-)
-@click.option(
-    "--scale",
-    type=click.Choice(["given", "free"]),
-    default="given",
-    show_default=True,
-    help="With free, each is multiplied by the factor that brings it nearest.",
-)
-@click.option("-n", "--count", type=click.IntRange(1), default=10, show_default=True, help="How many to list.")
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="Picture of them on lit spheres to write: .png, .jpg, .pdf or .svg.",
-)
+@options.output_option("Picture of them on lit spheres to write: .png, .jpg, .pdf or .svg.", required=False)
 @options.lights_option
-@click.option("--size", default=192, show_default=True, help="Width and height of the spheres in pixels.")
-@click.option("--samples", default=64, show_default=True, help="Samples per pixel.")
-@click.option("--exposure", default=0.0, show_default=True, help="Stops by which the spheres are brightened.")
+@options.exposure_option
 @options.json_option
 @options.with_light_help
-def nearest(
-    material: str,
-    replaced: tuple[str, ...],
-    among: tuple[str, ...],
-    distance: str,
-    scale: str,
-    count: int,
-    output: Path | None,
-    lights: tuple[str, ...],
-    size: int,
-    samples: int,
-    exposure: float,
-    as_json: bool,
-) -> None:
+def nearest(material: options.Material, output: Path | None, asked: Asked, **own: Any) -> None:
     """Rank the materials that are most like MATERIAL, the nearest first.
 
     The distance is the root of the mean square difference, over directions up to 80 degrees from the normal, half of
@@ -95,23 +54,26 @@ def nearest(
     from ..reconstruction.nearest import nearest as found_near
 
     start = time.perf_counter()
+    how, drawn = asked.of("nearest"), asked.of("render")
     if output is not None:
         from ..figures._drawing import MOST, check_target
 
         check_target(output)
-        if count >= MOST:
-            raise ParameterError(f"--count {count}: expected up to {MOST - 1} beside a picture; leave -o out for more")
-    m, sources = options.read_material(material, replaced), options.read_lights(lights)
+        if how.get("count", 0) >= MOST:
+            raise ParameterError(
+                f"--count {how['count']}: expected up to {MOST - 1} beside a picture; leave -o out for more"
+            )
+    m, drawn["lights"] = material.read(), options.Lit(own["lights"]).sources()
     with bar("comparing") as progress:
-        found = found_near(m, list(among) or None, distance, scale, count, progress)
-    if as_json:
+        found = found_near(m, progress=progress, **how)
+    if own["as_json"]:
         print_json([as_row(match) for match in found])
     else:
         echo(as_text(found))
     if output is not None:
-        _draw(m, options.title_of(material, replaced), found, output, sources, size, samples, exposure)
-        if not as_json:
-            echo(f"{output}: {options.title_of(material, replaced)} and the nearest, {options.since(start)}")
+        _draw(m, material.title, found, output, own["exposure"], drawn)
+        if not own["as_json"]:
+            echo(f"{output}: {material.title} and the nearest, {options.since(start)}")
 
 
 def as_row(match: Match) -> dict[str, Any]:
@@ -133,28 +95,19 @@ def as_text(found: list[Match]) -> str:
     return table(["", "name", "distance", *(["factor"] if scaled else []), "what it is"], rows)
 
 
-def _draw(
-    m: Reflectance,
-    name: str,
-    found: list[Match],
-    output: Path,
-    lights: list[Light] | None,
-    size: int,
-    samples: int,
-    exposure: float,
-) -> None:
+def _draw(m: Reflectance, name: str, found: list[Match], output: Path, exposure: float, drawn: dict[str, Any]) -> None:
     """Write the sheet: the material itself, and then the nearest, by the factors that brought them near."""
     from ..figures._drawing import new_figure
     from ..figures.gallery_figure import CELL, draw_picture, factor
     from ..scenes.rendering import render
 
-    cells: list[tuple[str, str, Image]] = [(name, "itself", render(m, lights, size=size, samples=samples))]
+    cells: list[tuple[str, str, Image]] = [(name, "itself", render(m, **drawn))]
     ranked = [match for match in found if match.rank]
     with bar("rendering") as progress:
         for match in ranked:
             times = "" if match.factor == 1.0 else f", times {match.factor:.3g}"
-            drawn = match.material if match.factor == 1.0 else match.factor * match.material
-            picture = render(drawn, lights, size=size, samples=samples)
+            scaled = match.material if match.factor == 1.0 else match.factor * match.material
+            picture = render(scaled, **drawn)
             cells.append((f"{match.rank}  {match.name}", f"{match.distance:.4f}{times}", picture))
             if progress is not None:
                 progress(match.rank, len(ranked))

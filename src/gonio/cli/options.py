@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import math
+import functools
 import os
 import textwrap
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from ..declared.discover import docstring
-from ..errors import ParameterError
+from ..declared.typed import is_number
 from ..lights._words import DEFAULT, words
-from .angles import Angle
 from .completion import lights, materials
 
 if TYPE_CHECKING:
@@ -24,6 +23,63 @@ if TYPE_CHECKING:
 
 READING = "gonio.reading"
 """Where the context of a command holds the options that MATERIAL is read with."""
+
+
+class Material(NamedTuple):
+    """MATERIAL and its -p, as typed."""
+
+    text: str
+    replaced: tuple[str, ...] = ()
+
+    def read(self) -> Reflectance:
+        """The material, with parameters replaced, by the options to read a file with."""
+        from ..catalogue.typed import with_parameters
+        from .arguments import resolve
+
+        return with_parameters(resolve(self.text, click.get_current_context().meta.get(READING, ())), self.replaced)
+
+    @property
+    def title(self) -> str:
+        """The text, a file by its name alone, and -p, in a line."""
+        name = Path(self.text).name if os.path.exists(self.text) else self.text
+        return ", ".join([name, *self.replaced])
+
+
+class Lit(NamedTuple):
+    """The lights of a picture, and the channels that it shows, as typed."""
+
+    lights: tuple[str, ...]
+    bands: str | None = None
+
+    def read(self) -> dict[str, Any]:
+        """`lights`, None for the default one, and `bands`, names or wavelengths [nm], of functions that draw."""
+        bands = None if self.bands is None else [word.strip() for word in self.bands.split(",")]
+        return {"lights": self.sources(), "bands": bands and [float(x) if is_number(x) else x for x in bands]}
+
+    def sources(self) -> list[Light] | None:
+        """The lights, or None for the default one."""
+        from .arguments import resolve_light
+
+        return [resolve_light(text) for text in self.lights] or None
+
+    def __str__(self) -> str:
+        return f"under {', '.join(self.lights) or DEFAULT}"
+
+
+def together(name: str, kind: Callable, *decorators: Callable) -> Callable:
+    """Parameters of a command, which gets them as one NamedTuple of this kind."""
+
+    def decorate(command: Callable) -> Callable:
+        @functools.wraps(command)
+        def call(**given: Any) -> Any:
+            one = kind(*(given.pop(field) for field in kind._fields))  # type: ignore[attr-defined]
+            return command(**{name: one}, **given)
+
+        for add in reversed(decorators):
+            add(call)
+        return call
+
+    return decorate
 
 
 def _note_reading(ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> None:
@@ -39,13 +95,6 @@ reading_option = click.option(
     callback=_note_reading,
     help="Option to read a file with, as skip=12; may be repeated. `gonio formats FORMAT` lists them.",
 )
-
-
-def material_argument(command: Callable) -> Callable:
-    """MATERIAL, and the options to read its file with."""
-    return click.argument("material", shell_complete=materials)(reading_option(command))
-
-
 replace_option = click.option(
     "-p",
     "--parameter",
@@ -54,6 +103,15 @@ replace_option = click.option(
     multiple=True,
     help="Replace a parameter, by its name or path; may be repeated. `gonio info MATERIAL` lists them.",
 )
+material_argument = together(
+    "material",
+    Material,
+    click.argument("text", metavar="MATERIAL", shell_complete=materials),
+    replace_option,
+    reading_option,
+)
+"""MATERIAL, -p, and the options to read its file with."""
+
 lights_option = click.option(
     "-l",
     "--light",
@@ -63,24 +121,31 @@ lights_option = click.option(
     multiple=True,
     help=f"Where the light comes from, see above; may be repeated.  [default: {DEFAULT}, gray for bands]",
 )
-json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-samples_option = click.option("--samples", default=32, show_default=True, help="Samples per pixel.")
-
-bands_option = click.option(
-    "--bands",
-    metavar="RED,GREEN,BLUE",
-    help="Channels shown as red, green and blue, by name or wavelength in nm: nir,red,green; one is shown in gray.",
+lit_options = together(
+    "lit",
+    Lit,
+    lights_option,
+    click.option(
+        "--bands",
+        metavar="RED,GREEN,BLUE",
+        help="Channels shown as red, green and blue, by name or wavelength in nm: nir,red,green; one is shown in gray.",
+    ),
 )
+exposure_option = click.option(
+    "--exposure",
+    type=float,
+    metavar="X",
+    default=0.0,
+    help="Stops by which what is written is brightened, but for .exr and .hdr.  [default: 0]",
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 
 
-def output_option(help_: str) -> Callable:
+def output_option(help_: str, required: bool = True) -> Callable:
     """The file to write."""
-    return click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help=help_)
-
-
-def theta_max_option(help_: str) -> Callable:
-    """The largest polar angle of what is used."""
-    return click.option("--theta-max", type=Angle(0.0, 90.0, True), default="90", show_default=True, help=help_)
+    return click.option(
+        "-o", "--output", metavar="FILE", required=required, type=click.Path(path_type=Path), help=help_
+    )
 
 
 def with_light_help(command: Callable) -> Callable:
@@ -102,53 +167,6 @@ Angles are in degrees, PHI from +x towards +y; the sphere has radius 1 and is at
 camera looks along +y: distant:45,-90 comes from behind it. L, E and I are a number, or one per channel
 (constant:1,0.9,0.8).
 """
-
-
-def read_material(material: str, replaced: Sequence[str]) -> Reflectance:
-    """The material, with parameters replaced."""
-    from ..catalogue.typed import with_parameters
-    from .arguments import resolve
-
-    return with_parameters(resolve(material, click.get_current_context().meta.get(READING, ())), replaced)
-
-
-def read_lights(lights: Sequence[str]) -> list[Light] | None:
-    """The lights, or None for the default one."""
-    from .arguments import resolve_light
-
-    return [resolve_light(text) for text in lights] or None
-
-
-def bands_of(text: str | None) -> list[str | float] | None:
-    """The names, and wavelengths [nm], of --bands."""
-    if text is None:
-        return None
-    from ..formats._reading import plain_text
-
-    words = [word.strip() for word in text.split(",")]
-    return [float(word) if plain_text.is_number(word) else word for word in words]
-
-
-def place(text: str, option: str) -> list[float]:
-    """The three coordinates of an option."""
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
-        raise ParameterError(f"{option} {text!r:.60}: expected three finite numbers, such as 1.5,-3,1.6")
-    return numbers
-
-
-def title_of(material: str, replaced: Sequence[str]) -> str:
-    """MATERIAL, a file by its name alone, and its -p, in a line."""
-    name = Path(material).name if os.path.exists(material) else material
-    return ", ".join([name, *replaced])
-
-
-def under(lights: Sequence[str]) -> str:
-    """The lights, in words."""
-    return f"under {', '.join(lights) or DEFAULT}"
 
 
 def since(start: float) -> str:

@@ -4,43 +4,28 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
+from typing import Any
 
 import click
 
 from ..errors import ParameterError, visible
 from . import completion, options
+from .command import Asked, command
 from .tables import size_in_words
 from .terminal import bar, echo, print_json
 
 
-@click.command(short_help="Write a page about MATERIALs that anybody can open.")
+@command("write_report", short_help="Write a page about MATERIALs that anybody can open.")
 @click.argument("materials", nargs=-1, required=True, metavar="MATERIAL...", shell_complete=completion.materials)
 @options.reading_option
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="File to write: .html, .pdf or .json; without --json one is needed.",
-)
+@options.output_option("File to write: .html, .pdf or .json; without --json one is needed.", required=False)
 @click.option("--pdf", is_flag=True, help="Print the page too, to a .pdf beside it, by Chromium, Chrome or Edge.")
 @options.json_option
 @options.lights_option
 @options.replace_option
-@click.option("--title", default="", help="Title of the page.  [default: the materials]")
-@click.option("--no-fits", is_flag=True, help="Leave out the fits of models and the nearest materials.")
 @options.with_light_help
 @click.pass_context
-def report(
-    ctx: click.Context,
-    materials: tuple[str, ...],
-    output: Path | None,
-    pdf: bool,
-    as_json: bool,
-    lights: tuple[str, ...],
-    replaced: tuple[str, ...],
-    title: str,
-    no_fits: bool,
-) -> None:
+def report(ctx: click.Context, materials: tuple[str, ...], output: Path | None, asked: Asked, **own: Any) -> None:
     """Write a page about MATERIALs: formula, provenance, laws, slices, a lobe to turn, albedos with uncertainty, fits.
 
     The page is one file that needs neither gonio nor a network: it opens from a mail, on a phone, and prints. Several
@@ -58,37 +43,34 @@ def report(
     from .arguments import resolve_light
 
     start = time.perf_counter()
-    if output is None and not as_json:
+    if output is None and not own["as_json"]:
         raise click.UsageError("nowhere to write to: expected -o report.html, or --json", ctx)
     if "-" in materials and len(materials) > 1:
         raise ParameterError("-: standard input beside other materials; expected files: write it to one first")
     kind = ".json" if output is None else page.check_target(output)
-    if as_json and kind != ".json":
+    if own["as_json"] and kind != ".json":
         raise click.UsageError("--json is for numbers: expected -o report.json, or no -o", ctx)
     beside = None
-    if pdf:
+    if own["pdf"]:
         if output is None or kind not in (".html", ".htm"):
             raise click.UsageError(
                 "--pdf is for a page: expected -o report.html; -o report.pdf writes a PDF alone", ctx
             )
         beside = output.with_suffix(".pdf")
         page.check_target(beside)
-    reading = ctx.meta.get(options.READING, ())
-    subjects = [
-        Subject(options.title_of(text, replaced), options.read_material(text, replaced), text, reading, replaced)
-        for text in materials
-    ]
-    captioned = [(text, [resolve_light(text)]) for text in lights] or None
+    reading, typed = ctx.meta.get(options.READING, ()), [options.Material(text, own["replaced"]) for text in materials]
+    subjects = [Subject(one.title, one.read(), one.text, reading, one.replaced) for one in typed]
+    captioned = [(text, [resolve_light(text)]) for text in own["lights"]] or None
     if kind == ".json":
         with bar("computing") as progress:
-            found = page.data(subjects, title, not no_fits, progress)
+            found = page.data(subjects, progress=progress, **asked.of("write_report"))
         if output is None:
             print_json(found)
             return
         page.write_json(output, found)
     else:
         with bar("reporting") as progress:
-            text = page.made(subjects, captioned, title, not no_fits, progress)
+            text = page.made(subjects, captioned, progress=progress, **asked.of("write_report"))
         assert output is not None
         page.write_page(output, text)
     if beside is not None:

@@ -122,6 +122,11 @@ def echo(text: str, err: bool = False) -> None:
         raise OSError(error.errno, error.strerror, "standard error" if err else "standard output") from None
 
 
+def say(text: str) -> None:
+    """Print text in which everything invisible is written out, but for the ends of lines."""
+    echo(visible(text, keep="\n"))
+
+
 _STYLE = re.compile("(\x1b\\[(?:0|1|31|32)m)")
 
 

@@ -18,7 +18,7 @@ from ..base.provenance import ORIGIN, in_words, size_of
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
-from ..formats import load, write, writer
+from ..formats import FormatName, load, write, writer
 from ..formats._options import options as options_of
 from ..formula.text import labelled, percent
 from ..integrals.photons import exchanged_in_words
@@ -114,7 +114,7 @@ def _share(x: float) -> str:
 
 
 @checked
-def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> Conversion:
+def convert(m: Reflectance, path: str | os.PathLike, format: FormatName | None = None, **options: Any) -> Conversion:
     """Save a reflectance in a format, load it again, and report changes and losses; on both sides, of what has two.
 
     `format` and `options` as for `gonio.save`. The report is measured: `ResamplingError` says where. f is compared at

@@ -23,13 +23,14 @@ import typing
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import pairwise
+from operator import attrgetter
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from ..errors import ParameterError, TooLargeError, shown, suggestion
+from ..errors import REFUSALS, ParameterError, TooLargeError, shown, suggestion
 from .numbers import numbers
 from .typed import all_in_degrees, is_number, is_whole
 
@@ -37,6 +38,12 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 ABOVE_ZERO, BELOW_ONE = sys.float_info.min, math.nextafter(1.0, 0.0)
 """Bounds of numbers that may not be 0, or 1."""
+
+BELOW_HORIZON = math.nextafter(0.5 * math.pi, 0.0)
+"""Bound of polar angles that may not be those of the horizon [rad]."""
+
+BELOW = {math.nextafter(x, 0.0): x for x in (1.0, 0.5 * math.pi, 90.0, 100.0)}
+"""Bounds of numbers that are below others -> the others; also as typed."""
 
 LARGEST, LONGEST = 1 << 63, 1000
 """Bound below which declared whole numbers are; largest number of characters of a declared word."""
@@ -55,7 +62,7 @@ NOUNS: dict[Any, str] = {
 }
 """Types in words; classes of gonio have theirs in `noun`."""
 
-UNFIT = (TypeError, ValueError, OverflowError, RecursionError, KeyError)
+UNFIT = REFUSALS
 """Errors of conversions of unfit values."""
 
 TYPED = {"rad": (180.0 / math.pi, "degrees"), "share": (100.0, "%")}
@@ -91,7 +98,8 @@ class Declared(NamedTuple):
     def typed(self) -> Declared:
         """The same, in the unit that people type."""
         factor, unit = TYPED.get(self.unit, (1.0, self.unit))
-        low, high = (x if x in (ABOVE_ZERO, BELOW_ONE) else float(f"{x * factor:.12g}") for x in (self.low, self.high))
+        low, high = (x if x == ABOVE_ZERO else float(f"{BELOW.get(x, x) * factor:.12g}") for x in (self.low, self.high))
+        high = math.nextafter(high, 0.0) if self.high in BELOW else high
         return self if factor == 1.0 else self._replace(low=low, high=high, unit=unit)
 
 
@@ -177,10 +185,16 @@ class Argument(NamedTuple):
 @functools.cache
 def arguments(function: Callable) -> dict[str, Argument]:
     """The declared arguments of a function, or of the constructor of a class, by name."""
-    signed = inspect.unwrap(getattr(function, "__init__") if isinstance(function, type) else function)  # noqa: B009  (mypy: that of an instance)
-    parameters = inspect.signature(function).parameters.values()
-    found = [_argument(p, _kind(p.annotation, signed.__globals__)) for p in parameters]
-    return {argument.name: argument for argument in found if argument is not None}
+    hinted = hints(function)
+    found = {p.name: _argument(p, hinted[p.name]) for p in inspect.signature(function).parameters.values()}
+    return {name: argument for name, argument in found.items() if argument is not None}
+
+
+def hints(function: Callable) -> dict[str, Any]:
+    """The types of the parameters of a function, or of the constructor of a class, with what they declare, by name;
+    `Any` where only a type checker sees them."""
+    signed = inspect.unwrap(attrgetter("__init__")(function) if isinstance(function, type) else function)
+    return {p.name: _kind(p.annotation, signed.__globals__) for p in inspect.signature(function).parameters.values()}
 
 
 def check_fields(value: Any) -> None:
@@ -195,7 +209,7 @@ def _argument(parameter: inspect.Parameter, hint: Any) -> Argument | None:
     declared = _declared(hint)
     if declared is None:
         return None
-    kinds = tuple(kind for kind in _alternatives(hint) if kind is not NoneType)
+    kinds = tuple(kind for of in _alternatives(hint) for kind in _alternatives(of) if kind is not NoneType)
     return Argument(parameter.name, kinds, parameter.default, declared)
 
 
@@ -431,13 +445,14 @@ def _several(origin: type, inner: tuple[Any, ...], d: Declared | None) -> str:
 def bounds(d: Declared) -> str:
     """Bounds, unit and divisor in words: " from 0 to 90 degrees"."""
     multiple = f", a multiple of {d.multiple}" if d.multiple > 1 else ""
-    unit = "" if d.unit in ("", "share") else f"{'' if d.unit == '%' else ' '}{d.unit}"
-    return f"{_between(d.low, d.high)}{unit}{multiple}"
+    between = _between(d.low, d.high)
+    unit = "" if d.unit in ("", "share") else f"{'' if d.unit == '%' else ' ' if between else ' in '}{d.unit}"
+    return f"{between}{unit}{multiple}"
 
 
 def _between(low: float, high: float) -> str:
     lowest = "" if low == -math.inf else " above 0" if low == ABOVE_ZERO else f" from {low:g}"
-    highest = "" if high == math.inf else " below 1" if high == BELOW_ONE else f" to {high:g}"
+    highest = "" if high == math.inf else f" below {BELOW[high]:g}" if high in BELOW else f" to {high:g}"
     return lowest + (f" up{highest}" if highest and lowest in ("", " above 0") else highest)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from .arguments import Argument, arguments
+from .arguments import Argument, arguments, hints
 from .discover import docstring
 
 
@@ -38,17 +38,29 @@ class Form(NamedTuple):
         return {"name": self.name, "doc": self.summary, "fields": fields}
 
 
-def form(name: str) -> Form | None:
-    """The form of a public name; None of one that is no function of a material, or asks for what cannot be typed."""
-    function = getattr(import_module("gonio"), name, None)
+def function_of(name: str) -> Callable | None:
+    """A public function that is asked of one material, with all else that it needs declared; None of other names."""
+    gonio = import_module("gonio")
+    function = getattr(gonio, name) if name in gonio.__all__ else None
     if not inspect.isfunction(function):
         return None
     parameters = [*inspect.signature(function).parameters.values()]
-    if not parameters or not str(parameters[0].annotation).startswith("Reflectance"):
+    needed = {
+        p.name for p in parameters[1:] if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)
+    }
+    is_asked = parameters and getattr(hints(function)[parameters[0].name], "__name__", "") == "Reflectance"
+    return function if is_asked and needed <= {*arguments(function)} else None
+
+
+def form(name: str) -> Form | None:
+    """The form of such a function; None of one that needs what cannot be typed, or names a file."""
+    function = function_of(name)
+    if function is None:
         return None
-    fields = {name: argument for name, argument in arguments(function).items() if argument.is_typed}
-    asked = [p for p in parameters[1:] if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
-    return Form(name, function, fields) if {p.name for p in asked} <= {*fields} else None
+    every = arguments(function)
+    fields = {name: argument for name, argument in every.items() if argument.is_typed}
+    needed = {name for name, argument in every.items() if argument.default is inspect.Parameter.empty}
+    return Form(name, function, fields) if needed <= {*fields} else None
 
 
 def forms() -> list[Form]:

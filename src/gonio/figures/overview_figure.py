@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -14,11 +14,12 @@ from ..base.angles import direction
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_coloured, shown_as
-from ..declared.arguments import checked
+from ..declared.arguments import Declared, checked
 from ..errors import ParameterError
 from ..evaluate import batch
 from ..evaluate.tracing import at_most
 from ..pictures.colour import srgb_encode
+from ..scenes.asked import Samples, Size
 from ..scenes.rendering import render
 from ..tables.gridded import Gridded
 from ._curves import draw_cartesian, draw_polar, of_one, points_in_words
@@ -41,9 +42,10 @@ def overview(
     m: Reflectance,
     lights: Light | Iterable[Light] | None = None,
     path: str | os.PathLike[str] | None = None,
-    title: str = "",
-    size: int = 256,
-    samples: int = 32,
+    title: Annotated[str, Declared("title of the figure", usual="the file of a measurement, else the expression")]
+    | None = None,
+    size: Size = 256,
+    samples: Samples = 32,
     progress: Callable[[int, int], None] | None = None,
     bands: Sequence[str | float] | None = None,
 ) -> Figure:
@@ -61,7 +63,6 @@ def overview(
 
     lights     of the sphere; by default the one of `gn.render`, as are size, samples and bands
     path       file to write: .png, .jpg, .pdf or .svg
-    title      by default the name of the file of a measurement, and the expression of others
 
     Units      the figure has degrees, and f [1/sr].
     Errors     ParameterError for other names of files, and for maps without data.

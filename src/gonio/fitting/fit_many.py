@@ -17,7 +17,7 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import Seed, checked
 from ..errors import Error, MissingDataWarning, NotFoundError, ParameterError, shown
 from ..formula.text import listed
-from .asked import LossName, RobustName, Starts, ThetaMax
+from .asked import LossName, PerChannel, RobustName, Scheduler, Starts, ThetaMax
 from .cluster import workers
 from .fit_table import FAILED, FITTED, REFUSED, Row, journal_of, journal_path, output_file, table_of, write
 
@@ -41,12 +41,12 @@ def fit_many(
     loss: LossName | None = None,
     *,
     robust: RobustName = "none",
-    per_channel: Any = None,
+    per_channel: PerChannel | None = None,
     theta_max: ThetaMax = 0.5 * math.pi,
     starts: Starts | None = None,
     seed: Seed = 0,
     output: str | os.PathLike[str] | None = None,
-    scheduler: Any = None,
+    scheduler: Scheduler | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Any:
     """Fits of many materials by several models: a pandas.DataFrame, one row for each material and model.

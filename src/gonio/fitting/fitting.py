@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -14,7 +13,7 @@ from ..declared.arguments import Declared, Seed, checked
 from ..errors import ParameterError
 from ..evaluate.squares import Squares
 from ..formula.text import listed
-from .asked import By, LossName, RobustName, Starts, ThetaMax
+from .asked import By, LossName, PerChannel, RobustName, Starts, ThetaMax
 from .losses import SCALES
 from .problem import Problem, make_problem
 from .result import Fit
@@ -42,7 +41,7 @@ def fit(
     *,
     robust: RobustName = "none",
     by: By | None = None,
-    per_channel: bool | Iterable[str] | None = None,
+    per_channel: PerChannel | None = None,
     weights: Any = None,
     theta_max: ThetaMax = 0.5 * math.pi,
     starts: Starts | None = None,

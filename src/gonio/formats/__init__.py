@@ -24,14 +24,14 @@ from collections.abc import Callable, Collection, Sequence
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Annotated, Any
 
 from .. import files
 from ..base import provenance
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..declared import discover
-from ..declared.arguments import checked
+from ..declared.arguments import Declared, checked
 from ..declared.contents import Contents, Folder
 from ..errors import FluorescenceWarning, FormatError, NotFoundError, ParameterError, TooLargeError, warn
 from ..formula.state import freeze
@@ -155,8 +155,11 @@ def _of_folder(path: Path) -> ModuleType:
     raise FormatError(f"{path}: a folder of no known format, expected a file, or a folder that gonio.save wrote")
 
 
+FormatName = Annotated[str, Declared("the format, where the suffix does not say which")]
+
+
 @checked
-def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
+def save(m: Reflectance, path: str | os.PathLike, format: FormatName | None = None, **options: Any) -> None:
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 
     `options` are those of the format: `gonio formats NAME` lists them. A failed or interrupted write leaves an existing

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.angles import check_angle, numbers_of
 from ..base.reflectance import Reflectance
-from ..declared.arguments import Declared, Seed, checked
+from ..declared.arguments import BELOW_HORIZON, Declared, Seed, checked
 from ..errors import ParameterError, ToleranceWarning, shown, warn
 from ..evaluate import batch
 from ..formula.state import note
@@ -27,8 +27,13 @@ from .trace import points, trace
 FEWEST = 8
 """Independent surfaces at least: of fewer the spread is not known."""
 
-USUAL = math.radians(15.0) * np.arange(6)
+USUAL = tuple(math.radians(15.0 * k) for k in range(6))
 """Angles of incidence [rad] where none are given."""
+
+Incidences = Annotated[
+    Sequence[float],
+    Declared("polar angles of incidence", 0.0, BELOW_HORIZON, "rad", rising=True),
+]
 
 
 class Simulated(Gridded):
@@ -58,8 +63,17 @@ class Simulated(Gridded):
 def gonioreflectometer(
     surface: HeightField,
     facet: float | Reflectance = 1.0,
-    theta_i: Any = None,
-    phi_i: Any = None,
+    theta_i: Incidences = USUAL,
+    phi_i: Annotated[
+        Sequence[float],
+        Declared(
+            "azimuths of incidence on a surface that is not isotropic",
+            unit="rad",
+            rising=True,
+            usual="every 30 degrees",
+        ),
+    ]
+    | None = None,
     cells: Annotated[tuple[int, int], Declared("rings of polar angles, and sectors of azimuths, an even number", 1)] = (
         18,
         36,
@@ -80,13 +94,9 @@ def gonioreflectometer(
 
     facet      reflectance of the facets, which are mirrors; or any reflectance, in the frame of the facet: of light
                from in front, and reciprocal
-    theta_i    angles of incidence [rad]: a number or increasing ones, below pi/2; by default 0, 15, ... 75 degrees
-    phi_i      azimuths of incidence [rad] on a surface that is not isotropic; by default every 30 degrees
-    cells      rings of polar angles, and sectors of azimuths, an even number
     error      mean standard uncertainty of the cells over mean f at which a direction of incidence is done
-    bounces    how often light is followed; what is inside after that is `report.unfinished`
-    rays       rays on each surface, from each direction
-    most       independent surfaces at most; where the error is not reached there is a ToleranceWarning
+    bounces    what is inside after them is `report.unfinished`
+    most       where the error is not reached by then there is a ToleranceWarning
     progress   progress(done, total) is called after each surface
 
     The uncertainty is that of the mean of independent surfaces, by their spread: on one surface more rays do not help.
@@ -111,7 +121,7 @@ def gonioreflectometer(
     names, oriented = None, surface.turn > 0.0
     if isinstance(reflectance, Reflectance) and (width := batch.channels(reflectance)):
         names = reflectance.channel_names or channels_named(width)
-    of_light = _angles("theta_i", USUAL if theta_i is None else theta_i, 0.0, 0.5 * math.pi)
+    of_light = _angles("theta_i", theta_i, 0.0, 0.5 * math.pi)
     around = _azimuths(surface, phi_i)
     grid = _cells(cells)
     surfaces = _Surfaces(surface, rays, seed)

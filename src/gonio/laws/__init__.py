@@ -9,16 +9,16 @@ is found by being here; files with an underscore serve the laws.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..declared import discover
-from ..declared.arguments import checked
+from ..declared.arguments import Declared, checked
 from ..errors import MissingDataWarning, NotFoundError
 from ..evaluate import batch
 from ..tables.gridded import Gridded
@@ -46,14 +46,18 @@ def summaries() -> dict[str, str]:
 
 
 @checked
-def check(m: Reflectance, progress: Callable[[int, int], None] | None = None, laws: Iterable[str] | None = None) -> Any:
+def check(
+    m: Reflectance,
+    progress: Callable[[int, int], None] | None = None,
+    laws: Annotated[Sequence[str], Declared("only these; all without it")] | None = None,
+) -> Any:
     """Hold a reflectance to the laws.
 
     `LAWS` names them, `summaries()` states each in a sentence, docs/check.md gives measurements and tolerances.
 
     The same for models and measurements, on 131072 pairs of directions and 65536 samples, without random numbers: two
     runs give the same report. Of more than 64 channels f is taken at fewer pairs, in half a GB. A law that does not
-    apply is left out; a note may say why. `laws`: only these. `progress(done, total)` is called after each law. A law
+    apply is left out; a note may say why. `progress(done, total)` is called after each law. A law
     that the model's class declares not to obey is marked with the class's reason. Of a measured table it is one of all
     its values together: a breach that their uncertainties, or interpolation, may explain is "not significant", and does
     not fail (docs/uncertainty.md).

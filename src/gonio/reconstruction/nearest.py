@@ -138,7 +138,15 @@ class Matches(list[Match]):
 @checked
 def nearest(
     m: Reflectance,
-    among: Any = None,
+    among: Annotated[
+        Any,
+        Declared(
+            "what is compared: a file, a folder of files, a material, a kind (metal) or a pattern ('*paint*') of "
+            "built-in ones",
+            usual="all built-in materials",
+        ),
+    ]
+    | None = None,
     distance: Annotated[
         str,
         Declared(

@@ -25,7 +25,13 @@ from .reflectance_basis import COMPONENTS, DEPARTURE, OFFSET, ReflectanceBasis, 
 
 @checked
 def reflectance_basis(
-    materials: Any = None,
+    materials: Annotated[
+        Any,
+        Declared(
+            "to learn from, four at least: reflectances, paths, names", usual="the 100 built-in fits of measurements"
+        ),
+    ]
+    | None = None,
     components: Annotated[int, Declared("how many components, at most", 1, 80)] = COMPONENTS,
     *,
     resolution: Sequence[int] | None = None,

@@ -8,7 +8,8 @@ from ..declared.arguments import ABOVE_ZERO, Declared
 
 Size = Annotated[int, Declared("width and height of the picture, in pixels", 1, 16384)]
 Samples = Annotated[
-    int, Declared("points averaged in each pixel, 32 without it; the most where there is noise, else 65536", 1, 1 << 20)
+    int,
+    Declared("points averaged in each pixel; the most where there is noise", 1, 1 << 20, usual="32, with noise 65536"),
 ]
 PixelNoise = Annotated[
     float, Declared("go on until the standard error is this share of the mean radiance", ABOVE_ZERO, unit="share")

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_coloured, shown_as
 from ..base.under_light import glow
-from ..declared.arguments import Seed, checked
+from ..declared.arguments import Declared, Seed, checked
 from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..evaluate import batch
 from ..evaluate.computation import composite
@@ -56,14 +56,18 @@ COARSE = 48
 def render(
     m: Reflectance | Scene,
     lights: Light | Iterable[Light] | None = None,
-    shape: Any = "sphere",
+    shape: Annotated[Any, Declared("the file of a mesh, or one of " + ", ".join(SHAPES))] = "sphere",
     size: Size = 512,
     samples: Samples | None = None,
     seed: Seed = 0,
     progress: Callable[[int, int], None] | None = None,
     bands: Any = None,
     noise: PixelNoise | None = None,
-    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint: Annotated[
+        str | os.PathLike[str],
+        Declared("file that keeps what is done: the same call goes on from there after it was ended"),
+    ]
+    | None = None,
     camera: View | None = None,
     ground: Reflectance | None = None,
     backdrop: Backdrop = False,
@@ -85,7 +89,7 @@ def render(
     `lights`: a light or several; by default `EnvironmentLight.studio()`, and its luminance, alike in all channels, for
     materials whose channels are no colours (bands of a satellite, say), of which the picture has as many channels.
 
-    Each pixel averages `samples` points within it, 32 where nobody says how many. Lights with extent are sampled by the
+    Each pixel averages `samples` points within it. Lights with extent are sampled by the
     material and, where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are
     exact. There is no interreflection: what is seen is lit by lights alone. Of what transmits one surface is seen, and
     bodies shadow as if it were opaque: a LeftOutWarning names the parts that this matters for. Spectral materials are

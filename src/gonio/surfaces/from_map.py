@@ -31,27 +31,31 @@ SUFFIXES = (".npy", *TEXTS, *PICTURES, ".sdf")
 @checked
 def from_map(
     source: Any,
-    pixel: float | tuple[float, float] | None = None,
-    unit: str = "um",
+    pixel: Annotated[
+        float | tuple[float, float],
+        Declared("distance of the heights along x and y, in `unit`; none for an SDF file"),
+    ]
+    | None = None,
+    unit: Annotated[str, Declared("of lengths", words=(*UNITS,))] = "um",
     *,
     scale: Annotated[
         float, Declared("a number of the source, in `height_unit`: micrometres per gray level, say", 1e-12, 1e12)
     ] = 1.0,
-    height_unit: str = "",
-    edges: str = "mirror",
-    decimal: str | None = None,
+    height_unit: Annotated[str, Declared("of heights, where it is another one", words=(*UNITS,))] | None = None,
+    edges: Annotated[
+        str,
+        Declared("how the map becomes periodic: by its mirror images, or as it is", words=("mirror", "wrap")),
+    ] = "mirror",
+    decimal: Annotated[str, Declared("decimal sign of a text whose commas have two readings", words=(".", ","))]
+    | None = None,
 ) -> HeightField:
     """A surface from a height map: of an array (rows, columns), or of a file.
 
     source       heights; a `.npy` file, a text file of rows of numbers (commas are decimal signs where ";", tabs or
                  blanks are between them), a gray picture (`.png`, `.tif`), or an SDF file (`.sdf`, ISO 25178-71),
                  which has lengths of its own
-    pixel        distance of the heights along x and y, in `unit`; none for an SDF file
-    unit         "nm", "um", "mm" or "m"
-    scale        a number of the source, in `height_unit` (by default `unit`): micrometres per gray level, say
     edges        how the map becomes periodic: "mirror", by its mirror images along x and y, whose directions count as
                  its own; or "wrap", where it is periodic already
-    decimal      the decimal sign of a text whose commas have two readings, "." or ","
 
     A plane is taken away, the map's tilt. Up to a fifth of the heights may be missing (NaN): they are filled in from
     their neighbours. The surface stands for a larger one: uncertainties come from the differences of its parts.
@@ -65,13 +69,6 @@ def from_map(
     >>> print(surface.heights.shape, surface.cell, surface.unit)
     (128, 96) (0.5, 0.5) um
     """
-    for name, word in (("unit", unit), ("height_unit", height_unit or unit)):
-        if word not in UNITS:
-            raise ParameterError(f"{name}={word!r:.60}: expected one of {', '.join(map(repr, UNITS))}")
-    if edges not in ("mirror", "wrap"):
-        raise ParameterError(f"edges={edges!r:.60}: expected 'mirror' or 'wrap'")
-    if decimal not in (None, ".", ","):
-        raise ParameterError(f"decimal={decimal!r:.60}: expected '.' or ','")
     named = isinstance(source, (str, os.PathLike))
     title = Path(source).name if named else "height map"
     if named:

@@ -22,8 +22,8 @@ from ...declared.arguments import checked
 from ...errors import DependencyError, ParameterError, ShapeError
 from ...files import replacing_folder, target
 from ...files._unfinished import held
+from ..asked import By, LossName, PerChannel, Scheduler
 from ..cluster import workers
-from ..losses import LOSSES
 from ..unknowns import unknowns
 from .map_store import CHANGED, LOST, MapStore, Mark, Region, opened
 from .maps import FitMap, fit_map
@@ -41,14 +41,14 @@ def fit_map_chunks(
     wo: Any,
     f: Any,
     model: Reflectance,
-    loss: str = "plain",
+    loss: LossName = "plain",
     *,
     u: Any = None,
-    by: Iterable[str] | None = None,
-    per_channel: bool | Iterable[str] | None = None,
+    by: By | None = None,
+    per_channel: PerChannel | None = None,
     observation: str = "observation",
     output: str | os.PathLike | None = None,
-    scheduler: Any = None,
+    scheduler: Scheduler | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Any:
     """`fit_map` of maps of any size, in the chunks of their arrays: an xarray.Dataset of the numbers of each texel.
@@ -77,8 +77,6 @@ def fit_map_chunks(
     [0.3142 0.6283]
     """
     _require_dask()
-    if loss not in LOSSES:
-        raise ParameterError(f"loss={loss!r:.60}: expected one of {', '.join(LOSSES)}")
     work = _Map(wi, wo, f, u, observation, (model, loss, _listed(by), _listed(per_channel)))
     if output is None:
         return work.lazily()

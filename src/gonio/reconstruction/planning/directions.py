@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated, Any
 
@@ -12,6 +13,7 @@ from ...base.angles import angles
 from ...base.reflectance import Reflectance
 from ...declared.arguments import Declared, Seed, checked
 from ...errors import ParameterError, ShapeError, TraceError, shown
+from ...fitting.asked import PerChannel
 from ...fitting.covariance import NOTHING, PART, correlations
 from ...fitting.problem import Problem
 from ...fitting.result import Fit
@@ -50,9 +52,9 @@ def plan(
         float, Declared("standard error of the model itself, smooth in the angles", 0.0, 1.0, "share")
     ] = 0.0,
     by: Annotated[Iterable[str], Declared("parameters that will be fitted, all without it")] | None = None,
-    per_channel: bool | Iterable[str] | None = None,
+    per_channel: PerChannel | None = None,
     repeats: Annotated[bool, Declared("a pair of directions may be taken more than once")] = False,
-    measured: Any = None,
+    measured: Annotated[str | os.PathLike[str] | Any, Declared("what is known already: a file, say")] | None = None,
     candidates: Any = None,
     starts: Annotated[int, Declared("random sets of pairs to begin from", 1, 10_000)] = 8,
     seed: Seed = 0,

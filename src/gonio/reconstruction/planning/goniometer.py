@@ -23,16 +23,24 @@ POLAR, STEP = (0.0, math.radians(75.0)), math.radians(2.5)
 MOST = 2_000_000
 """Pairs of directions that a goniometer may have to choose from."""
 
-PolarRange = Annotated[tuple[float, float], Declared("least and largest polar angle", 0.0, 0.5 * math.pi, "rad")]
+LightRange = Annotated[
+    tuple[float, float], Declared("least and largest polar angle of the light", 0.0, 0.5 * math.pi, "rad")
+]
+ViewRange = Annotated[
+    tuple[float, float], Declared("least and largest polar angle of the detector", 0.0, 0.5 * math.pi, "rad")
+]
 Azimuths = Annotated[
     tuple[float, float],
-    Declared("least and largest azimuth of the detector from the light's; pi is forwards, as in a mirror", *TURN),
+    Declared(
+        "least and largest azimuth of the detector from the light's; half a turn is forwards, as mirrors are", *TURN
+    ),
 ]
 OwnAzimuths = Annotated[
     tuple[float, float],
-    Declared("of the light's own azimuth; without it 0 for isotropic materials, else 0 to pi", *TURN),
+    Declared("of the light's own azimuth; without it 0 for isotropic materials, else to half a turn", *TURN),
 ]
-StepAngle = Annotated[float, Declared("between these angles", ABOVE_ZERO, math.pi, "rad")]
+PolarStep = Annotated[float, Declared("between polar angles", ABOVE_ZERO, math.pi, "rad")]
+AzimuthStep = Annotated[float, Declared("between azimuths", ABOVE_ZERO, math.pi, "rad")]
 Shadow = Annotated[
     float, Declared("least angle between light and detector, where the one hides the other", 0.0, 0.25 * math.pi, "rad")
 ]
@@ -53,13 +61,13 @@ class Goniometer:
 
     _repr_html_ = repr_html
 
-    theta_i: PolarRange = POLAR
-    theta_o: PolarRange = POLAR
+    theta_i: LightRange = POLAR
+    theta_o: ViewRange = POLAR
     phi: Azimuths = (0.0, math.pi)
     phi_i: OwnAzimuths | None = None
-    step_theta: StepAngle = STEP
-    step_phi: StepAngle = 2.0 * STEP
-    in_plane: Annotated[bool, Declared("only the plane of incidence: phi of 0 and pi")] = False
+    step_theta: PolarStep = STEP
+    step_phi: AzimuthStep = 2.0 * STEP
+    in_plane: Annotated[bool, Declared("only the plane of incidence, backwards and forwards")] = False
     least_angle: Shadow = 2.0 * STEP
 
     def __post_init__(self) -> None:

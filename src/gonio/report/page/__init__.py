@@ -8,11 +8,11 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from ...base.light import Light
 from ...base.reflectance import Reflectance
-from ...declared.arguments import checked
+from ...declared.arguments import Declared, checked
 from ...declared.version import __version__
 from ...errors import ParameterError
 from ...evaluate.tracing import at_most
@@ -42,8 +42,8 @@ def write_report(
     materials: Mapping[str, Reflectance] | Sequence[Reflectance] | Reflectance,
     path: str | os.PathLike[str],
     lights: Mapping[str, Light] | None = None,
-    title: str = "",
-    fits: bool = True,
+    title: Annotated[str, Declared("title of the page", usual="the names of the materials")] | None = None,
+    fits: Annotated[bool, Declared("models are fitted, which takes seconds, and the nearest materials found")] = True,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
     """Write a report of a material, or of several side by side, as one file that needs neither gonio nor a network.
@@ -55,8 +55,6 @@ def write_report(
     materials  one, a list, or name -> material
     path       .html, a page for the browser; .pdf, printed by Chromium, Chrome or Edge; .json, the numbers alone
     lights     of the spheres: caption -> light; by default a point, a studio and the sky
-    title      by default the names of the materials
-    fits       whether models are fitted, which takes a second or two
 
     Units      angles in degrees, f [1/sr]. In .json NaN is null.
     Error      albedos to 1e-4 (formulas); laws as `gn.check`, fits as `gn.fit`.
@@ -78,9 +76,9 @@ def write_report(
     subjects = [Subject.of(name, m) for name, m in shown.items()]
     captioned = None if lights is None else [(caption, [light]) for caption, light in lights.items()]
     if kind == ".json":
-        write_json(path, data(subjects, title, fits, progress))
+        write_json(path, data(subjects, title or "", fits, progress))
         return
-    text = made(subjects, captioned, title, fits, progress)
+    text = made(subjects, captioned, title or "", fits, progress)
     write_page(path, text)
 
 
@@ -96,13 +94,13 @@ def check_target(path: str | os.PathLike[str]) -> str:
 
 
 def data(
-    subjects: Sequence[Subject], title: str = "", with_fits: bool = True, progress: Progress | None = None
+    subjects: Sequence[Subject], title: str = "", fits: bool = True, progress: Progress | None = None
 ) -> dict[str, Any]:
     """What the report says, as JSON data with NaN."""
     several = []
     for k, subject in enumerate(subjects):
         with at_most(pictures.ELEMENTS):
-            several.append(contents_of(subject, with_fits, _part(progress, k, len(subjects))))
+            several.append(contents_of(subject, fits, _part(progress, k, len(subjects))))
     return {
         "title": title or ", ".join(_short(subject.name) for subject in subjects),
         "gonio": __version__,
@@ -120,11 +118,11 @@ def made(
     subjects: Sequence[Subject],
     lights: Sequence[tuple[str, Iterable[Light]]] | None = None,
     title: str = "",
-    with_fits: bool = True,
+    fits: bool = True,
     progress: Progress | None = None,
 ) -> str:
     """The report as a page."""
-    report = data(subjects, title, with_fits, _scaled(progress, 0.0, NUMBERS))
+    report = data(subjects, title, fits, _scaled(progress, 0.0, NUMBERS))
     shown = []
     for k, (subject, one) in enumerate(zip(subjects, report["materials"], strict=True)):
         tell = _part(_scaled(progress, NUMBERS, 1.0), k, len(subjects))
