@@ -15,9 +15,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from .base.map_shape import map_shape
 from .base.reflectance import Reflectance
 from .errors import DependencyError, NotFoundError, ShapeError
-from .evaluate import batch
 from .laws import LAWS, Report, check
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def assert_lawful(m: Reflectance, except_: str | Iterable[str] = (), laws: str |
     excused = {except_} if isinstance(except_, str) else set(except_)
     if unknown := sorted(excused - set(LAWS)):
         raise NotFoundError(f"assert_lawful(except_={unknown}): no such laws; expected some of {', '.join(LAWS)}")
-    if maps := batch.full_shape(m, ()):
+    if maps := map_shape(m):
         raise ShapeError(
             f"assert_lawful: parameters are maps of shape {maps}; expected one material; maps: gn.check(m)"
         )

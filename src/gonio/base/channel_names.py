@@ -271,3 +271,11 @@ def _place(known: Sequence[Any], wanted: Any, named: bool) -> int:
     listed = few(map(str, known)) if isinstance(known[0], str) else f"{known[0]:g} to {known[-1]:g}"
     hint = suggestion(wanted, [x for x in known if isinstance(x, str)]) if isinstance(wanted, str) else ""
     raise NotFoundError(f"{shown(wanted)}: no such channel{hint}; {what} {listed}{' nm' if number and named else ''}")
+
+
+def channel(m: _Channelled, c: int) -> str:
+    """Name of a channel: its wavelength, its word or its number."""
+    names = m.channel_names
+    if names is None:
+        return str(c)
+    return str(names[c]) if isinstance(names[c], str) else f"{names[c]:g} nm"

@@ -31,7 +31,7 @@ def as_typed(text: str, reading: Sequence[str] = ()) -> Reflectance:
     >>> print(as_typed("Lambertian(0.5)"), as_typed("gold").channels)
     Lambertian(rho=0.5) 3
     """
-    if _is_store(text) if os.path.isdir(text) else os.path.exists(text):
+    if is_store(text) if os.path.isdir(text) else os.path.exists(text):
         return load_as_typed(text, reading)
     if reading and (builtin.find(text) is not None or "(" in text):
         raise ParameterError(f"-O {reading[0]!r:.60}: options to read a file with, and {text!r:.60} is none")
@@ -95,7 +95,8 @@ def _angle(m: Reflectance, name: str, text: str) -> float | None:
     return number if unit.startswith("rad") else math.radians(in_degrees(text))
 
 
-def _is_store(path: str) -> bool:
+def is_store(path: str | Path) -> bool:
+    """Whether a folder is a material: a store of a format."""
     return any(module.matches_folder(Path(path)) for module in formats() if hasattr(module, "matches_folder"))
 
 

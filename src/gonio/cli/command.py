@@ -3,7 +3,7 @@
     @command("plan", "Goniometer", short_help="Plan which directions to measure.")
     @material_argument
     def plan(material: Material, asked: Asked) -> None:
-        planned = gn.plan(material.read(), **asked.of("plan"), goniometer=gn.Goniometer(**asked.of("Goniometer")))
+        planned = asked.call("plan", material.read(), goniometer=asked.call("Goniometer"))
 
 Each declared argument of `gn.plan` and `gn.Goniometer` is an option: angles are typed in degrees, shares in %, words in
 any case, several values with commas between. What is not typed is left to the function. The functions are imported
@@ -12,7 +12,6 @@ when a command is parsed or its help is shown.
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import math
 import os
@@ -20,7 +19,6 @@ import re
 import typing
 from collections.abc import Callable, Collection, Mapping
 from functools import cached_property
-from operator import attrgetter
 from types import UnionType
 from typing import Any
 
@@ -29,6 +27,7 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from ..declared.arguments import ABOVE_ZERO, BELOW, Argument, arguments
+from ..declared.public import public
 from ..declared.typed import all_in_degrees, suspect_radians
 from ..errors import Error, MeaningWarning, ParameterError, suggestion, warn
 from . import completion
@@ -164,6 +163,10 @@ class Asked:
         known = [arguments(self._functions[name]) for name in names]
         return {key: value for key, value in self._values.items() if all(key in of for of in known)}
 
+    def call(self, name: str, *args: Any, **more: Any) -> Any:
+        """Call a function with what was typed of its arguments, and with what this command has for the others."""
+        return self._functions[name](*args, **{**self.of(name), **more})
+
     def refuse_others(self, why: str, *names: str) -> None:
         """Raise ParameterError for an option that none of these functions has."""
         known = {key for name in names for key in arguments(self._functions[name])}
@@ -195,11 +198,8 @@ class Command(click.Command):
     @cached_property
     def functions(self) -> dict[str, Callable]:
         """The functions whose declared arguments are options."""
-        gonio = importlib.import_module("..", __package__)
         return {
-            (name if isinstance(name, str) else name.__name__): (
-                attrgetter(name)(gonio) if isinstance(name, str) else name
-            )
+            (name if isinstance(name, str) else name.__name__): (public(name) if isinstance(name, str) else name)
             for name in self._asks
         }
 

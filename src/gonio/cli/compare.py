@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from ..declared.public import public
 from ..errors import visible
 from ..pictures.image import SUFFIXES, read_image
 from . import completion, options
@@ -33,10 +34,7 @@ def compare(a: str, b: str, output: Path, lit: options.Lit, exposure: float, ask
 
     A and B are materials, rendered under the same light, or files of pictures: FILE, or FILE:LAYER of an .exr file.
     """
-    from ..figures import difference as drawn
     from ..figures._drawing import check_target
-    from ..pictures.difference import difference
-    from ..scenes.rendering import render
     from .arguments import layer_of
 
     start = time.perf_counter()
@@ -53,8 +51,8 @@ def compare(a: str, b: str, output: Path, lit: options.Lit, exposure: float, ask
                 pictures.append(read_image(file, layer=layer))
             else:
                 m = options.Material(text).read()
-                pictures.append(render(m, seed=seed + number, progress=progress, **chosen))
+                pictures.append(public("render")(m, seed=seed + number, progress=progress, **chosen))
             titles.append(visible(options.Material(text).title))
-    found = difference(*pictures)
-    drawn(found, path=output, labels=titles, exposure=exposure)
+    found = public("difference")(*pictures)
+    public("figures.difference")(found, path=output, labels=titles, exposure=exposure)
     echo(visible(f"{output}: {found.told(*titles)}, {options.since(start)}"))

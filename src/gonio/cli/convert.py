@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
@@ -14,9 +14,6 @@ from .command import Asked, command
 from .options import Material, json_option, reading_option, replace_option, since, together
 from .tables import size_in_words, table
 from .terminal import echo, print_json
-
-if TYPE_CHECKING:
-    from ..conversion.conversion import Conversion
 
 
 @command("convert", short_help="Write a material to a file of another format.")
@@ -42,7 +39,6 @@ def convert(
       gonio convert steel.binary steel.bsdf --format rgl
       gonio convert gold gold.bsdf --format rgl --resolution 128
     """
-    from ..conversion.conversion import convert as convert_to
     from ..formats import target, writer
     from ..formats._options import of_texts
 
@@ -51,7 +47,7 @@ def convert(
     target(module, output)
     texts = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
     chosen = of_texts(module, "write", texts)
-    conversion = convert_to(material.read(), output, module.NAME, **chosen)
+    conversion = asked.call("convert", material.read(), output, format=module.NAME, **chosen)
     if as_json:
         print_json({**conversion.to_json(), "material": material.title})
         return
@@ -60,6 +56,6 @@ def convert(
     echo(conversion_as_text(conversion))
 
 
-def conversion_as_text(conversion: Conversion) -> str:
+def conversion_as_text(conversion: Any) -> str:
     """Changes and losses of a conversion as a table."""
     return table(("", ""), conversion.rows()).removeprefix("\n")

@@ -56,8 +56,6 @@ def fit(material: str, model: str, chosen: str | None, output: Path | None, aske
       gonio fit DIR -o fits.parquet --scheduler processes
     """
     from ..catalogue.expressions import expression
-    from ..fitting.fitting import fit as fit_model
-    from ..fitting.selection import select_model
     from ..formats import save, target, writer
 
     start = time.perf_counter()
@@ -82,11 +80,11 @@ def fit(material: str, model: str, chosen: str | None, output: Path | None, aske
     data = options.Material(material).read()
     if chosen is not None:
         with bar("fitting") as progress:
-            selection = select_model(data, chosen, progress=progress, **asked.of("select_model"))
+            selection = asked.call("select_model", data, chosen, progress=progress)
         found = selection.best.fit
         assert found is not None  # the best one has a fit
     else:
-        found = fit_model(data, expression(model, files=True), **asked.of("fit"))
+        found = asked.call("fit", data, expression(model, files=True))
     if output is not None:
         save(found.model, output)
     if plot is not None:

@@ -82,17 +82,16 @@ def import_(ctx: click.Context, file: Path, output: Path | None, as_json: bool, 
         title = f"{file}: {module.NAME}, {size_in_words(file.stat().st_size)}"
         echo(as_text(title, understood, facts, wrong))
     if output is not None:
-        _convert(m, output, asked.of("convert"), start, as_json)
+        _convert(m, output, asked, start, as_json)
     elif not as_json:
         echo("\nNothing is written: -o FILE writes it, -O NAME=VALUE changes how it is read.")
 
 
-def _convert(m: Reflectance, output: Path, named: dict[str, Any], start: float, as_json: bool) -> None:
-    from ..conversion.conversion import convert
+def _convert(m: Reflectance, output: Path, asked: Asked, start: float, as_json: bool) -> None:
     from ..formats import writer
     from .convert import conversion_as_text
 
-    conversion = convert(m, output, writer(output, **named).NAME)
+    conversion = asked.call("convert", m, output, format=writer(output, **asked.of("convert")).NAME)
     said = visible(f"{output}: {conversion.format}, {size_in_words(conversion.bytes)}, {since(start)}")
     echo(f"\n{said}\n{conversion_as_text(conversion)}", err=as_json)
 

@@ -10,6 +10,7 @@ from typing import Any
 import click
 import numpy as np
 
+from ..declared.public import public
 from ..errors import ExpressionError, NotFoundError, ParameterError, suggestion, visible
 from .command import Asked, command
 from .options import json_option, output_option
@@ -35,13 +36,12 @@ def measure(surface: str, output: Path, facet: str, as_json: bool, asked: Asked)
       gonio measure profile.npy --pixel 0.5 --facet gold -o gold.csv
     """
     from ..formats import save, target, writer
-    from ..instrument.measure import gonioreflectometer
 
     module = writer(output, **asked.of("save"))
     target(module, output)
     shape = _map(surface, asked) if os.path.exists(surface) else _of_expression(surface, asked)
     with bar("measuring") as progress:
-        m = gonioreflectometer(shape, _facet(facet), progress=progress, **asked.of("gonioreflectometer"))
+        m = asked.call("gonioreflectometer", shape, _facet(facet), progress=progress)
     save(m, output, module.NAME)
     if as_json:
         print_json(_as_json(m))
@@ -57,7 +57,7 @@ def _of_expression(text: str, asked: Asked) -> Any:
 
 def surface_of(text: str) -> Any:
     """The surface of an expression such as gaussian(0.3, size=256): a function of `gn.surfaces` and plain values."""
-    from .. import surfaces
+    surfaces = public("surfaces")
 
     known = [name for name in surfaces.__all__ if name[0].islower() and name != "from_map"]
     expected = f'a height map, or one of {", ".join(known)}, such as "gaussian(0.3)"'
@@ -78,14 +78,12 @@ def surface_of(text: str) -> Any:
 
 
 def _map(path: str, asked: Asked) -> Any:
-    from ..surfaces import from_map
-
     how = asked.of("surfaces.from_map")
     if "pixel" not in how and not path.lower().endswith(".sdf"):
         raise ParameterError(
             f"{path!r:.90}: expected --pixel, the distance of its heights, such as --pixel 0.5 --unit um"
         )
-    return from_map(path, **how)
+    return asked.call("surfaces.from_map", path)
 
 
 def _facet(text: str) -> Any:

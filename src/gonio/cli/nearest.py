@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import textwrap
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +18,6 @@ from .terminal import bar, echo, print_json
 
 if TYPE_CHECKING:
     from ..base.reflectance import Reflectance
-    from ..pictures.image import Image
-    from ..reconstruction.nearest import Match
 
 TITLE = 26
 """Characters of a name above a picture."""
@@ -51,10 +51,8 @@ def nearest(material: options.Material, output: Path | None, asked: Asked, **own
     The distance is the root of the mean square difference, over directions up to 80 degrees from the normal, half of
     them about the mirror direction, and over red, green and blue; where one of both is gray, of luminance.
     """
-    from ..reconstruction.nearest import nearest as found_near
-
     start = time.perf_counter()
-    how, drawn = asked.of("nearest"), asked.of("render")
+    how = asked.of("nearest")
     if output is not None:
         from ..figures._drawing import MOST, check_target
 
@@ -63,27 +61,27 @@ def nearest(material: options.Material, output: Path | None, asked: Asked, **own
             raise ParameterError(
                 f"--count {how['count']}: expected up to {MOST - 1} beside a picture; leave -o out for more"
             )
-    m, drawn["lights"] = material.read(), options.Lit(own["lights"]).sources()
+    m, lights = material.read(), options.Lit(own["lights"]).sources()
     with bar("comparing") as progress:
-        found = found_near(m, progress=progress, **how)
+        found = asked.call("nearest", m, progress=progress)
     if own["as_json"]:
         print_json([as_row(match) for match in found])
     else:
         echo(as_text(found))
     if output is not None:
-        _draw(m, material.title, found, output, own["exposure"], drawn)
+        _draw((m, material.title), found, output, own["exposure"], partial(asked.call, "render", lights=lights))
         if not own["as_json"]:
             echo(f"{output}: {material.title} and the nearest, {options.since(start)}")
 
 
-def as_row(match: Match) -> dict[str, Any]:
+def as_row(match: Any) -> dict[str, Any]:
     """The row of JSON."""
     names = ("rank", "name", "distance", "factor", "what", "compared", "left_out", "pairs", "reason")
     row = {name: getattr(match, name) for name in names}
     return {**row, "rank": match.rank or None, "reason": match.reason or None}
 
 
-def as_text(found: list[Match]) -> str:
+def as_text(found: list[Any]) -> str:
     """The table for people; columns that would say the same of all are left out."""
     ranked = [match for match in found if match.rank]
     scaled = any(match.factor != 1.0 for match in ranked)
@@ -95,20 +93,18 @@ def as_text(found: list[Match]) -> str:
     return table(["", "name", "distance", *(["factor"] if scaled else []), "what it is"], rows)
 
 
-def _draw(m: Reflectance, name: str, found: list[Match], output: Path, exposure: float, drawn: dict[str, Any]) -> None:
+def _draw(own: tuple[Reflectance, str], found: list[Any], output: Path, exposure: float, render: Callable) -> None:
     """Write the sheet: the material itself, and then the nearest, by the factors that brought them near."""
     from ..figures._drawing import new_figure
     from ..figures.gallery_figure import CELL, draw_picture, factor
-    from ..scenes.rendering import render
 
-    cells: list[tuple[str, str, Image]] = [(name, "itself", render(m, **drawn))]
+    cells = [(own[1], "itself", render(own[0]))]
     ranked = [match for match in found if match.rank]
     with bar("rendering") as progress:
         for match in ranked:
             times = "" if match.factor == 1.0 else f", times {match.factor:.3g}"
             scaled = match.material if match.factor == 1.0 else match.factor * match.material
-            picture = render(scaled, **drawn)
-            cells.append((f"{match.rank}  {match.name}", f"{match.distance:.4f}{times}", picture))
+            cells.append((f"{match.rank}  {match.name}", f"{match.distance:.4f}{times}", render(scaled)))
             if progress is not None:
                 progress(match.rank, len(ranked))
     count = len(cells)

@@ -22,12 +22,8 @@ def plan(material: Material, output: Path | None, as_json: bool, asked: Asked) -
       gonio plan "Lambertian(0.3) + Microfacet(GGX(0.2))" 12 -o plan.csv
       gonio plan fit.json 5 --measured first.csv --in-plane
     """
-    from ..reconstruction.planning.directions import plan as plan_measurement
-    from ..reconstruction.planning.goniometer import Goniometer
-
     check_plan(output)
-    arm = Goniometer(**asked.of("Goniometer"))
-    planned = plan_measurement(material.read(), goniometer=arm, **asked.of("plan"))
+    planned = asked.call("plan", material.read(), goniometer=asked.call("Goniometer"))
     if output is not None:
         planned.save(output)
     if as_json:

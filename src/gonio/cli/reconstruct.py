@@ -35,22 +35,19 @@ def reconstruct(file: Path | None, output: Path | None, as_json: bool, asked: As
       gonio reconstruct plan.csv -o table.nc
     """
     from ..formats import save, target, writer
-    from ..reconstruction import reconstruct as tables
-    from ..reconstruction.planning.goniometer import Goniometer
 
-    planned, learnt = asked.of("plan_table"), asked.of("reflectance_basis")
+    planned = asked.of("plan_table")
     if file is None and "n" not in planned:
         raise ParameterError("gonio reconstruct: expected a FILE of values, or --plan N")
     if "n" in planned:
         check_plan(output)
     elif output is not None:
         target(writer(output, **asked.of("save")), output)
-    basis = tables.reflectance_basis(**learnt)
-    found = None if file is None else tables.reconstruct(str(file), basis, **asked.of("reconstruct"))
+    basis = asked.call("reflectance_basis")
+    found = None if file is None else asked.call("reconstruct", str(file), basis)
     numbers: Any = found
     if "n" in planned:
-        arm = Goniometer(**asked.of("Goniometer"))
-        numbers = tables.plan_table(basis=basis, goniometer=arm, measured=found, **planned)
+        numbers = asked.call("plan_table", basis=basis, goniometer=asked.call("Goniometer"), measured=found)
         if output is not None:
             numbers.save(output)
     elif found is not None and output is not None:

@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import click
 
 from ..declared.arguments import Argument, Declared
+from ..declared.public import public
 from ..declared.typed import is_number
 from ..errors import ParameterError, visible
 from . import options
 from .command import Asked, Typed, command
 from .terminal import bar, echo
-
-if TYPE_CHECKING:
-    from ..scenes.camera import Camera
 
 
 class Stage(NamedTuple):
@@ -33,9 +31,7 @@ class Stage(NamedTuple):
         ground = None if self.ground is None else options.Material(self.ground).read()
         return {"ground": ground, "camera": self._camera()}
 
-    def _camera(self) -> Camera | None:
-        from ..scenes.camera import Camera
-
+    def _camera(self) -> Any:
         if self.camera is None:
             for name, value in (("--look-at", self.look_at), ("--angle", self.angle)):
                 if value is not None:
@@ -43,7 +39,7 @@ class Stage(NamedTuple):
             return None
         target = _place(self.look_at or "0,0,0", "--look-at")
         across = math.radians(35.0) if self.angle is None else self.angle
-        return Camera(_place(self.camera, "--camera"), target, field_of_view=across)
+        return public("Camera")(_place(self.camera, "--camera"), target, field_of_view=across)
 
 
 ACROSS = Declared("across that camera's picture", math.radians(0.01), math.radians(175.0), "rad")
@@ -83,7 +79,6 @@ def render(
     """
     from ..base.shown_channels import is_coloured
     from ..pictures.image import check_target
-    from ..scenes.rendering import render as render_image
 
     start = time.perf_counter()
     check_target(output, exposure)
@@ -93,7 +88,7 @@ def render(
         advice = f"choose three, --bands RED,GREEN,BLUE, or one of {names:.90}; or write .exr"
         raise ParameterError(f"{output}: a picture of {m.channels} channels, expected 1 or 3; {advice}")
     with bar("rendering") as progress:
-        picture = render_image(m, progress=progress, **shown, **asked.of("render"))
+        picture = asked.call("render", m, progress=progress, **shown)
     picture.save(output, exposure)
     height, width = picture.pixels.shape[:2]
     what = f"{material.title} {lit}, {width} x {height}, {picture.samples} samples per pixel"

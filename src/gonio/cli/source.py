@@ -24,12 +24,11 @@ def source(material: options.Material, output: Path | None, asked: Asked) -> Non
       gonio source "Microfacet(GGX(0.1))" --language c --function f,pdf -o a.c
       gonio source measured.bsdf --language osl -o measured.osl
     """
-    from ..bridges.source import source as written
     from ..files import target
 
     if output is not None:
         target(output)
-    text = written(material.read(), **asked.of("source"))
+    text = asked.call("source", material.read())
     if output is not None:
         files = text.save(output)
         echo(visible(f"{', '.join(map(str, files))}: {', '.join(text.functions)}"))

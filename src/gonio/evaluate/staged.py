@@ -19,7 +19,7 @@ from ..compile.llvm.program import EACH
 from ..compile.llvm.program import TOTAL as SUMMED
 from ..compile.plans import Data, Plan, Result, carry_out, prepare, renewed
 from ..compile.store import size
-from ..machine import memory
+from ..machine import caches, memory
 from ..trace.graph import Graph
 from ..trace.stages import Stages, stages
 from .call import Call, Draft, leaves_of, stored
@@ -89,7 +89,7 @@ class Staged(NamedTuple):
         within = [first + k for k in read if np.shape(_numbers(leaves[k]))[-1:] not in ((), (1,))]
         around = [*range(first), *(first + k for k in read if np.ndim(_numbers(leaves[k])) > 1)]
         maps = len(around) > first
-        two = stages(trace.graph, [n for nodes in trace.results for n in nodes], first, within, around)
+        two = stages(trace.graph, [n for nodes in trace.results for n in nodes], first, within, around, caches.made)
         size = math.prod(batch)
         shared = two.saved >= WORTH * len(two.first) > 0 and size * two.saved >= LEAST
         if not shared and not summed:

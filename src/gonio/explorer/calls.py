@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ..arrays.kinds import with_channels
 from ..base.angles import direction
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Argument, Declared, arguments
-from ..declared.public import form, forms
+from ..declared.public import form, forms, public
 from ..declared.version import __version__
 from ..errors import NotFoundError, ParameterError
 from ..formula.bounds import CHANNELS, MAX_LENGTH
@@ -74,12 +74,10 @@ def material(shelf: Shelf, text: Text, replaced: Replaced = NOTHING) -> dict[str
 
 def check(shelf: Shelf, text: Text, replaced: Replaced = NOTHING) -> dict[str, Any]:
     """The verdicts of `gn.check`."""
-    from ..laws import Report
-    from ..laws import check as check_laws
-
-    report = check_laws(shelf.material(text, replaced))
-    if not isinstance(report, Report):
+    m = shelf.material(text, replaced)
+    if map_shape(m):
         raise ParameterError(f"{text:.60}: its parameters are maps; expected one material")
+    report = public("check")(m)
     rows = [
         {
             "law": law.name,
@@ -98,9 +96,8 @@ def check(shelf: Shelf, text: Text, replaced: Replaced = NOTHING) -> dict[str, A
 def fit(shelf: Shelf, text: Text, model: Text, replaced: Replaced = NOTHING) -> dict[str, Any]:
     """The fit of a model, `gn.fit`, and the fitted model as a material of its own."""
     from ..catalogue.expressions import expression
-    from ..fitting.fitting import fit as fit_model
 
-    found = fit_model(shelf.material(text, replaced), expression(model))
+    found = public("fit")(shelf.material(text, replaced), expression(model))
     numbers = [
         {"name": name, "value": float(value), "u": u}
         for (name, u), value in zip(found.stderr.items(), found.values, strict=True)
@@ -132,9 +129,7 @@ def source(
     parameters: Word = "constants",
 ) -> dict[str, Any]:
     """Source code of the material's functions, `gn.source`."""
-    from ..bridges.source import source as source_of
-
-    return {"text": source_of(shelf.material(text, replaced), language, function, parameters=parameters).text}
+    return {"text": public("source")(shelf.material(text, replaced), language, function, parameters=parameters).text}
 
 
 def data(
@@ -150,7 +145,7 @@ def data(
     views = STEP * np.arange(-count, count + 1)
     phi = math.radians(phi_i)
     wo = direction(np.radians(np.abs(views)), np.where(views < 0.0, phi, phi + math.pi))
-    f = with_channels(np.asarray(m.f(direction(math.radians(theta_i), phi), wo)), 1)
+    f = _with_channels(m, m.f(direction(math.radians(theta_i), phi), wo))
     lines = [
         f"# {' '.join(text.split())}" + "".join(f"; {path} = {value}" for path, value in replaced.items()),
         f"# f(wi, wo) [1/sr], without the cosine, in the plane of incidence; light from theta_i = {theta_i:g} degrees, "
@@ -173,8 +168,8 @@ def f(shelf: Shelf, text: Text, wi: Directions, wo: Directions, replaced: Replac
     """f [1/sr] at pairs of directions."""
     if len(wi) != len(wo):
         raise ParameterError(f"f: {len(wi)} wi and {len(wo)} wo; expected as many of both")
-    values = shelf.material(text, replaced).f(np.array(wi), np.array(wo))
-    return {"values": with_channels(np.asarray(values), 1)}
+    m = shelf.material(text, replaced)
+    return {"values": _with_channels(m, m.f(np.array(wi), np.array(wo)))}
 
 
 def functions(shelf: Shelf) -> dict[str, Any]:
@@ -200,6 +195,10 @@ def ask(
     values = {name: found.fields[name].checked_text(typed) for name, typed in given.items()}
     with np.printoptions(precision=6, suppress=True):
         return {"text": str(found.function(shelf.material(text, replaced), **values))}
+
+
+def _with_channels(m: Reflectance, f: Any) -> np.ndarray:
+    return np.asarray(f) if m.channels else np.asarray(f)[:, None]
 
 
 def _described(shelf: Shelf, text: str, replaced: Mapping[str, Any]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..declared.public import public
 from ..errors import Error
 from ..facts.material import facts, to_rgb
 from ..facts.models import formulas
@@ -86,7 +87,6 @@ def rgb_matrix(m: Reflectance) -> list[list[float]]:
 
 def _glsl(m: Reflectance) -> dict[str, Any]:
     """The formula in GLSL under "glsl"; None, and why, where there is none."""
-    from ..bridges.source import source
 
     functions = ["f", "pdf", "sample"]
     if m.polarizes and (m.channels or 1) <= MATRICES:
@@ -94,7 +94,7 @@ def _glsl(m: Reflectance) -> dict[str, Any]:
     why = ""
     for wanted in (functions, functions[:3], functions[:1]):
         try:
-            found = source(m, "glsl", wanted, parameters="arguments")
+            found = public("source")(m, "glsl", wanted, parameters="arguments")
         except Error as error:
             why = why or str(error)
             continue

@@ -16,9 +16,9 @@ from typing import Any
 from ..base.reflectance import Reflectance
 from ..catalogue import builtin
 from ..catalogue.expressions import expression
+from ..declared.public import public
 from ..errors import NotFoundError, ParameterError
 from ..facts.models import SHOWN
-from ..formats import load
 from ..formula.fields import Option, Param
 from ..formula.json_form import names
 from ..formula.spectrum import Spectrum
@@ -83,7 +83,7 @@ class Shelf:
         if text in self.given:
             return self.given[text].material()
         if (path := self.upload(text)) is not None:
-            return load(path)
+            return public("load")(path)
         if builtin.find(text) is not None:
             return builtin.material(text)
         if "(" in text or text in names():

@@ -17,9 +17,9 @@ import warnings
 from pathlib import Path
 from typing import IO, Any
 
+from ..declared.public import public
 from ..declared.version import __version__
 from ..errors import Error, ExpressionError, visible
-from ..formats import formats
 from .calls import CALLS
 from .given import Given
 from .messages import answer
@@ -83,7 +83,7 @@ def _get_ready(asked: threading.Event) -> None:
     while asked.wait(QUIET):
         asked.clear()
     with contextlib.suppress(Exception):  # what fails here fails again, and is told, where it is asked for
-        formats()
+        public("formats")()
     for name in USED_BY_FILES:
         with contextlib.suppress(Exception):  # the same: they may not be installed
             importlib.import_module(name)

@@ -14,13 +14,13 @@ import numpy as np
 
 from ..arrays.kinds import with_channels
 from ..base.angles import direction, lattice_pairs
+from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.provenance import size_of
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_rgb, shown_as
 from ..catalogue import builtin
 from ..errors import MissingDataWarning, ToleranceWarning
-from ..evaluate import batch
 from ..formula.fields import Option, Param, Table
 from ..formula.parametrised import Parametrised
 from ..integrals.albedo import albedo, kept_albedo
@@ -51,7 +51,7 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     names = m.channel_names
     result["channels"] = m.channels or 1
     result["channel_names"] = list(names) if names is not None else list("RGB") if m.channels == 3 else None
-    places = batch.full_shape(m, ())
+    places = map_shape(m)
     if places:
         result["places"] = list(places)
     if m.sides != "front":
@@ -70,7 +70,7 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
 def _fluorescence(m: Reflectance) -> str:
     """What f does not show of a material that fluoresces."""
     kept = "f, and albedos without a light, are of the light that keeps its wavelength"
-    known = not batch.full_shape(m, ()) and m.sides == "front"
+    known = not map_shape(m) and m.sides == "front"
     return f"{kept}; at another: {exchanged_in_words(m)}" if known else kept
 
 

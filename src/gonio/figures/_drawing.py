@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import DependencyError, MissingDataWarning, ParameterError
-from ..evaluate import batch
 from ..files import replacing, target
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ def _text(thing: Any, number: int) -> str:
 def of_one_place(materials: Mapping[str, Reflectance]) -> None:
     """Raise ParameterError for maps, of which these figures would draw one place."""
     for name, m in materials.items():
-        if shape := batch.full_shape(m, ()):
+        if shape := map_shape(m):
             rule = f"a map of {' x '.join(map(str, shape))} places, expected a material of one"
             raise ParameterError(f"{name!r:.60}: {rule}; gn.figures.overview(m) draws all places")
 

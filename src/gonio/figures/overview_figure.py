@@ -12,11 +12,11 @@ import numpy as np
 from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.light import Light
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_coloured, shown_as
 from ..declared.arguments import Declared, checked
 from ..errors import ParameterError
-from ..evaluate import batch
 from ..evaluate.tracing import at_most
 from ..pictures.colour import srgb_encode
 from ..scenes.asked import Samples, Size
@@ -76,7 +76,7 @@ def overview(
     with new_figure(path, (11.0, 8.6), title or name_of(m)) as figure:
         grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
         beside = figure.add_subplot(grid[0, 1])
-        if batch.full_shape(m, ()):
+        if map_shape(m):
             m = _draw_map(beside, m, bands)
         else:
             with at_most(size * size * samples):
@@ -119,7 +119,7 @@ def portrait(
     [6.4 2.9]
     """
     check_target(path)
-    if batch.full_shape(m, ()):
+    if map_shape(m):
         raise ParameterError(f"{m!r:.60}: a map, expected a material of one place; gn.figures.overview(m) draws all")
     with new_figure(path, (6.4, 2.9)) as figure:
         grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.35])
@@ -169,7 +169,7 @@ def _of_bands(bands: Sequence[str | float] | None) -> str:
 
 def _draw_map(axes: Any, m: Reflectance, bands: Sequence[str | float] | None) -> Reflectance:
     """Draw pi f of every place of a map, seen along the normal; the material of the place in its middle."""
-    shape = batch.full_shape(m, ())
+    shape = map_shape(m)
     f = with_channels(m.f(direction(math.radians(45.0), math.pi), direction(0.0, 0.0)), len(shape))
     number, words = one_number(m)
     known = np.argwhere(np.isfinite(number(f)))

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from ..arrays.kinds import with_channels
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
-from ..evaluate import batch
 from ..formula.fields import kept
 from ..formula.state import Held, note
 from ..polarization import to_frames
@@ -173,7 +173,7 @@ def write(
 def _tabulated(m: Reflectance, resolution: Sequence[int]) -> dict[str, np.ndarray]:
     names = m.channel_names
     spectral = names is not None and all(isinstance(x, (int, float)) and 0 < x < 65536 and x == int(x) for x in names)
-    if m.has_delta or not m.is_isotropic() or batch.full_shape(m, ()) or not (spectral or m.channels in (None, 1)):
+    if m.has_delta or not m.is_isotropic() or map_shape(m) or not (spectral or m.channels in (None, 1)):
         raise ParameterError(
             f"{m!r:.80}: KAIST files hold isotropic materials at whole wavelengths [nm], or gray ones, without delta "
             f"lobes or maps; convert colours to wavelengths, leave out what is more"

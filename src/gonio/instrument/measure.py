@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..base.angles import check_angle, numbers_of
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import BELOW_HORIZON, Declared, Seed, checked
 from ..errors import ParameterError, ToleranceWarning, shown, warn
@@ -274,7 +275,7 @@ def _facet(facet: float | Reflectance) -> float | Reflectance:
     if isinstance(facet, Reflectance):
         if facet.sides != "front":
             raise ParameterError(f"facet={facet!r:.80}: it transmits; expected facets that light does not go through")
-        if batch.full_shape(facet, ()):
+        if map_shape(facet):
             raise ParameterError(f"facet={facet!r:.80}: it has maps; expected one reflectance for all facets")
         return facet
     if not 0.0 <= facet <= 1.0:

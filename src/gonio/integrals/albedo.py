@@ -9,11 +9,11 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.angles import check_angle, direction, numbers_of
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..base.reradiation import warn_of_reradiation
 from ..declared.arguments import Declared, checked
 from ..errors import ParameterError, ShapeError
-from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
 from . import by_arrays
 from .asked import Azimuth, Incidence, Tolerance, WithError, Zenith
@@ -148,7 +148,7 @@ def blue_sky_albedo(
     known = ops.library(d).known(d)
     if known is not None and ((known < 0.0) | (known > 1.0)).any():
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
-    shapes = [*map(np.shape, (theta, phi, d)), batch.full_shape(m, ())]
+    shapes = [*map(np.shape, (theta, phi, d)), map_shape(m)]
     ops.broadcast_shape(shapes, "theta, phi, diffuse_fraction and parameters")
     check_angle("theta", theta, 0.0, 0.5 * math.pi)
     warn_of_reradiation(m, "gn.photon_albedo(m, wi)")

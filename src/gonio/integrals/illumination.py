@@ -16,6 +16,7 @@ from ..base.angles import check_unit
 from ..base.frames import Frame, vectors
 from ..base.kernels import with_holes
 from ..base.light import Light
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance, Sum
 from ..declared.arguments import checked
 from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
@@ -140,7 +141,7 @@ _UP = np.array([[0.0, 0.0, 1.0]])
 
 def _divided(m: Reflectance) -> tuple[list[tuple[Any, Reflectance]], Reflectance | None]:
     """The Lambertian lobes of a material with their weights, and the others together; None where there are none."""
-    if m.sides != "front" or batch.full_shape(m, ()):  # places of maps share integrals
+    if m.sides != "front" or map_shape(m):  # places of maps share integrals
         return [], m
     lobes = list(m.lobes())
     others = [weight * lobe for weight, lobe in lobes if not isinstance(lobe, Lambertian)]

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import TOTAL, VALUE, VECTOR, with_channels
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
 from ..evaluate.tracing import Task
@@ -125,7 +126,7 @@ class _Integrand(NamedTuple):
         where it is narrow and leaves at grazing: too thin then to be found in others."""
         domain, lobe = self.over.domain, self.lobe
         if domain.coordinates is None:
-            if len(self.fixed) > 1 and self.over.radiance is None and not batch.full_shape(lobe, ()) and is_even(lobe):
+            if len(self.fixed) > 1 and self.over.radiance is None and not map_shape(lobe) and is_even(lobe):
                 return by_polar_angle(lobe, self.fixed, goal.tolerance, goal.unit, self.at(goal.side))
             return self.over_hemisphere(goal)
         seeds, sent = peaks(lobe, self.fixed, self.places, domain)
@@ -181,7 +182,7 @@ class _Integrand(NamedTuple):
         self, kernel: Callable, chunks: Sequence[int], nodes: np.ndarray, rows: np.ndarray, cells: np.ndarray
     ) -> Sums:
         """Sums over the nodes of cells (k, 6), each for the fixed direction of its number (k,)."""
-        mapped = batch.full_shape(self.lobe, ()) != ()
+        mapped = map_shape(self.lobe) != ()
         parts, start = [], 0
         while start < len(rows):
             left = len(rows) - start

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays.kinds import VECTOR
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
 from ..evaluate.tracing import Task
@@ -43,7 +44,7 @@ def peaks(lobe: Reflectance, fixed: np.ndarray, places: Places, domain: Domain) 
     """Seeds (n, K, 4) for `cubature`: the points of a domain next to a lobe's samples, and the widths of cells there,
     over which the lobe's own coordinates change by `NARROW`. And whether more than one sample falls into it (n,)."""
     assert domain.inverse is not None and domain.contains is not None
-    m = places.material(lobe) if batch.full_shape(lobe, ()) else lobe
+    m = places.material(lobe) if map_shape(lobe) else lobe
     (there,) = batch.run(_WARPED, m, (fixed[:, None], _DRAWN))
     sent = domain.contains(there[:, _SEEDS:]).sum(axis=-1) > 1
     x, y, period = (v.reshape(len(fixed), -1, 3) for v in domain.inverse(there[:, :_SEEDS]))

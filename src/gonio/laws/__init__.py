@@ -16,11 +16,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared import discover
 from ..declared.arguments import Declared, checked
 from ..errors import MissingDataWarning, NotFoundError
-from ..evaluate import batch
 from ..tables.gridded import Gridded
 from . import _overview
 from ._maps import MapReport as MapReport
@@ -74,7 +74,7 @@ def check(
     for name in names:
         if name not in LAWS:
             raise NotFoundError(f"check: no law {name!r}; expected some of {', '.join(LAWS)}")
-    if batch.full_shape(m, ()):
+    if map_shape(m):
         return check_map(m, None if laws is None else names, progress)
     judge = _judge(m)
     verdicts, notes = [], []

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..base.angles import direction
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.notebooks import repr_html
 from ..errors import NotFoundError
-from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
 from ..formula.text import listed
 from ..integrals.albedo import kept_albedo
@@ -34,7 +34,7 @@ FAINT = 1e-6
 
 def _in_parts(m: Reflectance) -> Any:
     """f(wi, wo) and f(wo, wi) (K, ...[, C]) for a few pairs at a time."""
-    shape = batch.full_shape(m, ())
+    shape = map_shape(m)
     wi, wo = (w.reshape(PAIRS, *(1 for _ in shape), 3) for w in pairs(PAIRS))
     count = max(1, AT_ONCE // (int(np.prod(shape)) * (m.channels or 1)))
     for at in range(0, PAIRS, count):

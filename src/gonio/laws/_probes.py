@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
+from ..base.channel_names import channel as channel
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..base.results import Sample
@@ -170,14 +171,6 @@ def degrees(wi: Any = None, wo: Any = None) -> dict[str, float]:
             theta, phi = angles(np.asarray(w, dtype=float))
             by_name |= {f"theta_{name}": math.degrees(float(theta)), f"phi_{name}": math.degrees(float(phi))}
     return by_name
-
-
-def channel(m: Reflectance, c: int) -> str:
-    """Name of a channel: its wavelength, its word or its number."""
-    names = m.channel_names
-    if names is None:
-        return str(c)
-    return str(names[c]) if isinstance(names[c], str) else f"{names[c]:g} nm"
 
 
 def in_channel(m: Reflectance, c: int, count: int) -> str:

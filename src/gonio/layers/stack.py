@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..arrays import Fixed
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance, weighed
 from ..base.results import Jacobian
 from ..base.sides import choose
@@ -92,7 +93,7 @@ class Stack(_Layered):
                 rule = "layers are computed by NumPy; give numbers, and take derivatives from m.jacobian"
                 raise ParameterError(f"Stack: {path} is a {type(value).__name__}; {rule}")
         batch.channels(self)  # raises ShapeError where layers have different numbers of them
-        if batch.full_shape(self, ()):
+        if map_shape(self):
             raise ParameterError("Stack: a parameter is a map; expected numbers, or one for each channel")
         if self.base is not None and not self.base.is_isotropic():
             raise ParameterError(

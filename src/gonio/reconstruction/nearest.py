@@ -16,18 +16,17 @@ import numpy as np
 from ..arrays import ops
 from ..base.angles import direction, lattice_pairs
 from ..base.frames import from_half_difference, half_difference
+from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_rgb, shown_as
 from ..base.textured import require_numbers
 from ..catalogue import builtin
-from ..catalogue.typed import as_typed
+from ..catalogue.typed import as_typed, is_store
 from ..declared.arguments import Declared, checked
 from ..declared.contents import WIDTH
 from ..declared.notebooks import repr_html
 from ..errors import Error, NotFoundError, ParameterError, shown, visible
-from ..evaluate import batch
-from ..formats import formats
 from ..formula.spectrum import Spectrum
 from ..numerics.lattice import lattice
 from ..pictures.colour import LONGEST, LUMINANCE, SHORTEST, transformed
@@ -265,8 +264,8 @@ def _of_entry(entry: builtin.Entry) -> _Candidate:
 
 def _of_word(word: str) -> Iterator[_Candidate]:
     entries = builtin.materials()
-    if os.path.isdir(word) and not _is_store(word):
-        files = sorted(x for x in Path(word).iterdir() if x.name[0] != "." and (x.is_file() or _is_store(x)))
+    if os.path.isdir(word) and not is_store(word):
+        files = sorted(x for x in Path(word).iterdir() if x.name[0] != "." and (x.is_file() or is_store(x)))
         if not files:
             raise NotFoundError(
                 f"{word}: a folder without files, expected files of materials; `gonio formats` lists which"
@@ -287,10 +286,6 @@ def _of_word(word: str) -> Iterator[_Candidate]:
     else:
         m = as_typed(word)
         yield _Candidate(word, lambda: m, "expression")
-
-
-def _is_store(path: str | Path) -> bool:
-    return any(module.matches_folder(Path(path)) for module in formats() if hasattr(module, "matches_folder"))
 
 
 def _of_file(path: Path) -> _Candidate:
@@ -349,7 +344,7 @@ def _seen(m: Reflectance) -> _Seen:
     if m.fluoresces:
         raise ParameterError(f"nearest: {shown(m)} fluoresces; expected f without: gn.nearest(m.under(light), ...)")
     require_numbers(m, "nearest")
-    if maps := batch.full_shape(m, ()):
+    if maps := map_shape(m):
         raise ParameterError(
             f"nearest: a map of shape {maps}; expected one material: m.replace, with numbers of a place"
         )

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base.angles import direction
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
@@ -19,7 +20,6 @@ from ..distributions.ggx import GGX
 from ..distributions.tabulated_anisotropic_facets import TabulatedAnisotropicFacets
 from ..distributions.tabulated_facets import TabulatedFacets
 from ..errors import ParameterError, ShapeError
-from ..evaluate import batch
 from ..fitting.samples import real
 from ..formula.direction import Direction
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
@@ -170,7 +170,7 @@ def retro_facets(
     if m.sides != "front" or m.has_delta:
         what = "a perfect mirror" if m.has_delta else "it transmits light"
         raise ParameterError(f"{m!r:.80}: {what}; expected a reflectance of one side, whose f is finite")
-    if maps := batch.full_shape(m, ()):
+    if maps := map_shape(m):
         raise ShapeError(f"{m!r:.80}: a map of shape {maps}, with channels last; expected one place of it, no map")
     theta = 0.5 * math.pi * np.square(np.arange(CELLS + 1) / CELLS)
     seen = np.minimum(theta, theta[-2])  # D at the horizon is that just before it

@@ -9,11 +9,11 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.angles import angles
+from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..errors import ParameterError, ShapeError
-from ..evaluate import batch
 from ..formula.direction import HORIZON
 from ..integrals.over_hemisphere import directions
 from ..tables.gridded import Gridded
@@ -65,7 +65,7 @@ def through_aperture(
     >>> print(m.f(wi, wo).round(3), gn.repair.through_aperture(m, wi, wo, detector=np.radians(5.0)).round(3))
     1.768 0.977
     """
-    if maps := batch.full_shape(m, ()):
+    if maps := map_shape(m):
         raise ShapeError(
             f"through_aperture: parameters are maps of shape {maps}; expected one value, or one per channel"
         )

@@ -12,12 +12,12 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.light import Light
+from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_coloured, shown_as
 from ..base.under_light import glow
 from ..declared.arguments import Declared, Seed, checked
 from ..errors import ArrayTypeError, ParameterError, ShapeError
-from ..evaluate import batch
 from ..evaluate.computation import composite
 from ..formula.direction import Direction, dot
 from ..integrals.glows import channels_of, glows, widths
@@ -247,7 +247,7 @@ def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, bands: Any
             raise ArrayTypeError(
                 f"a picture's material has numbers of {lib.name}, whose derivatives are lost; {cure} NumPy's"
             )
-    if maps := batch.full_shape(m, ()):
+    if maps := map_shape(m):
         place = next(path for path, _, x, _ in m._numbers() if np.ndim(x) > 1)
         rule = "a picture shows one material: one number, or one per channel"
         cure = f"for one place of the map m.replace({{{place!r}: values[index]}}), or an option of the file's format"

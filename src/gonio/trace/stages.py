@@ -8,10 +8,9 @@ for rounding.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Collection, Iterator, Sequence
+from typing import Any, NamedTuple
 
-from ..machine.caches import made
 from .costs import COSTS, OTHER
 from .graph import INDEX, MASK, REAL, Graph
 from .passes import wanted
@@ -36,19 +35,24 @@ class Stages(NamedTuple):
 
 
 def stages(
-    graph: Graph, outputs: Sequence[int], inputs: int, within: Collection[int], around: Collection[int]
+    graph: Graph,
+    outputs: Sequence[int],
+    inputs: int,
+    within: Collection[int],
+    around: Collection[int],
+    noted: Callable[[int], Any] = id,
 ) -> Stages:
     """A computation for arrays `within`, which change fastest, and arrays `around`, among these the first `inputs`.
 
     What depends on arrays around and on none within is the first stage; what depends on arrays within and on none
-    around is alone. Kept with the graph.
+    around is alone. Kept with the graph; `noted` is told how many bytes that takes.
     """
     kept = graph.kept.setdefault(stages, {})
     key = (tuple(outputs), inputs, tuple(within), tuple(around), wanted())
     found = kept.get(key)
     if found is None:
         found = kept[key] = _divided(graph, *key)
-        made(found.second.size())
+        noted(found.second.size())
     return found
 
 

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.map_shape import map_shape
 from ...base.reflectance import Reflectance
 from ...evaluate import batch
 from ...evaluate.factors import factors
@@ -36,7 +37,7 @@ from .rows import Rows, Wanted
 def over_places(m: Reflectance, wanted: Wanted) -> Integrals:
     """Integrals (k, C) for all elements of the flattened batch of directions and places; NaN at places with holes."""
     shape = batch.full_shape(m, wanted.shape)
-    if not batch.full_shape(m, ()):
+    if not map_shape(m):
         number = np.arange(len(wanted.unit))
         return wanted.direct(m, number, Places(shape, number), wanted.tolerance)
     if m.sides == "both":  # seen from either side: no combination of lobes
@@ -65,7 +66,7 @@ def over_places(m: Reflectance, wanted: Wanted) -> Integrals:
 
 def _of_lobe(lobe: Reflectance, wanted: Wanted) -> Integrals:
     """Integrals of a lobe: value (..., C), error and missing (...), for the batch of directions and its own places."""
-    shape, own = batch.full_shape(lobe, wanted.shape), batch.full_shape(lobe, ())
+    shape, own = batch.full_shape(lobe, wanted.shape), map_shape(lobe)
     deep = len(shape)
     axes = [(1,) * (deep - len(x)) + x for x in (wanted.shape, own)]
     apart = all(1 in pair for pair in zip(*axes, strict=True))

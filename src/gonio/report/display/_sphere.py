@@ -17,9 +17,9 @@ import numpy as np
 from ...arrays.kinds import with_channels
 from ...base.angles import direction
 from ...base.frames import to_local, to_world
+from ...base.map_shape import map_shape
 from ...base.reflectance import Reflectance
 from ...base.shown_channels import is_rgb, shown_as
-from ...evaluate import batch
 from ...evaluate.tracing import at_most
 from ...lights.environment import EnvironmentLight
 from ...numerics.lattice import lattice
@@ -53,7 +53,7 @@ def picture(m: Reflectance) -> bytes | None:
             _pictures.move_to_end(m)
             return _pictures[m]
     with at_most(SIZE * SIZE * SAMPLES):
-        pixels, alpha = _map(m) if batch.full_shape(m, ()) else _sphere(m)
+        pixels, alpha = _map(m) if map_shape(m) else _sphere(m)
     found = None if not np.isfinite(pixels).any() else png(pixels, alpha)
     with _lock:
         _pictures[m] = found
@@ -119,7 +119,7 @@ def _colour(m: Reflectance, values: np.ndarray) -> np.ndarray:
 
 def _map(m: Reflectance) -> tuple[np.ndarray, None]:
     """Linear pixels of the places of a map, seen along the normal."""
-    shape = batch.full_shape(m, ())
+    shape = map_shape(m)
     steps = tuple(slice(None, None, max(1, -(-n // MAP))) for n in shape[-2:])
 
     def thinned(value: Any) -> Any:
@@ -130,7 +130,7 @@ def _map(m: Reflectance) -> tuple[np.ndarray, None]:
         return np.ascontiguousarray(whole[place])
 
     few = m.each(thinned)
-    of = batch.full_shape(few, ())
+    of = map_shape(few)
     f = with_channels(few.f(direction(math.radians(45.0), math.pi), direction(0.0, 0.0)), len(of))
     pixels = math.pi * _colour(m, f)
     return np.reshape(pixels, (-1, *pixels.shape[-2:]) if len(of) > 1 else (1, *pixels.shape)), None

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from ...base.light import Light
+from ...base.map_shape import map_shape
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...declared.contents import summary
-from ...evaluate import batch
 from ...facts import words
 from ...facts.material import facts, settable
 from ...formula.parametrised import Parametrised
@@ -66,7 +66,7 @@ def _png(m: Reflectance) -> bytes | None:
 def _picture(m: Reflectance) -> str:
     """A sphere, where one can be made: what is said of a material does not depend on it."""
     with suppress(Exception):
-        shape = batch.full_shape(m, ())
+        shape = map_shape(m)
         what = "the places of the map, seen along the normal" if shape else "a lit sphere"
         return image(_sphere.picture(m), _sphere.SIZE, what)
     return ""

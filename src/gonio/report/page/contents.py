@@ -10,11 +10,11 @@ import numpy as np
 
 from ...arrays.kinds import with_channels
 from ...base.angles import direction
+from ...base.map_shape import map_shape
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...catalogue.citations import cite
 from ...errors import ParameterError
-from ...evaluate import batch
 from ...facts.material import facts, quoted, to_rgb
 from ...facts.models import formulas
 from ...facts.subject import Subject
@@ -52,7 +52,7 @@ Progress = Callable[[float], None]
 def contents_of(subject: Subject, with_fits: bool = True, progress: Progress | None = None) -> dict[str, Any]:
     """What a report says of one material. Raises ParameterError for maps."""
     m = subject.m
-    if shape := batch.full_shape(m, ()):
+    if shape := map_shape(m):
         places = " x ".join(map(str, shape))
         raise ParameterError(
             f"report of {subject.name!r:.60}: a map of {places} places, expected a material of one; "
