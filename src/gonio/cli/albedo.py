@@ -7,14 +7,14 @@ from typing import Any
 
 import click
 
-from ..facts.albedos import ALONE, albedos, in_words, of_few
+from ..declared.public import public
 from .command import Asked, command
 from .options import Material, json_option, material_argument
 from .tables import table
 from .terminal import echo, print_json
 
 
-@command(albedos, "with_uncertainty", short_help="Quote the albedo of MATERIAL, with its uncertainty.")
+@command("facts.albedos.albedos", "with_uncertainty", short_help="Quote the albedo of MATERIAL, with its uncertainty.")
 @material_argument
 @json_option
 @click.option("-k", "factor", metavar="X", default=1.0, help="Coverage factor of what is printed.  [default: 1]")
@@ -25,21 +25,24 @@ def albedo(material: Material, as_json: bool, factor: float, asked: Asked) -> No
     their errors are independent, most if one error is common to all), and by interpolation between what was measured.
     """
     m = material.read()
-    rows = albedos(m, **asked.of("albedos"), **asked.of("with_uncertainty"))
+    rows = asked.call("facts.albedos.albedos", m, **asked.of("with_uncertainty"))
     if as_json:
         print_json(rows)
     else:
         echo(as_text(rows, factor))
-        if few := of_few(m):
+        if few := public("facts.albedos.of_few")(m):
             echo(few)
 
 
 def as_text(rows: Sequence[dict[str, Any]], k: float = 1.0) -> str:
     """The same for people; uncertainties are expanded by the coverage factor k."""
+    from ..facts.albedos import ALONE, in_words
+
     first = rows[0]
     names = list(first.get("u", {}))
     header = ["theta_i", "phi_i", *(["channel"] if "channel" in first else [])]
-    header += [f"albedo ± U (k = {k:g}), {_of(name)}" for name in names] or ["albedo"]
+    of = {name: "by interpolation alone" if name == ALONE else f"{name} errors" for name in names}
+    header += [f"albedo ± U (k = {k:g}), {of[name]}" for name in names] or ["albedo"]
     cells = []
     for row in rows:
         place = [f"{row['theta_i']:g}°", f"{row['phi_i']:g}°", *([row["channel"]] if "channel" in row else [])]
@@ -48,7 +51,3 @@ def as_text(rows: Sequence[dict[str, Any]], k: float = 1.0) -> str:
             quoted.append(in_words(row, name, k))
         cells.append([*place, *(quoted or [f"{row['albedo']:.4f}"])])
     return table(header, cells)
-
-
-def _of(assumption: str) -> str:
-    return "by interpolation alone" if assumption == ALONE else f"{assumption} errors"

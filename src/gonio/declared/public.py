@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from importlib import import_module
-from operator import attrgetter
 from typing import Any, NamedTuple
 
 from .arguments import Argument, arguments, hints
@@ -14,7 +13,8 @@ from .discover import docstring
 
 def public(name: str) -> Any:
     """What gonio calls so, imported when it is used: "render", or "figures.overview"."""
-    return attrgetter(name)(import_module("gonio"))
+    module, _, last = name.rpartition(".")
+    return getattr(import_module(f"gonio.{module}".rstrip(".")), last)
 
 
 class Form(NamedTuple):
