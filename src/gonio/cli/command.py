@@ -164,8 +164,8 @@ class Asked:
         return {key: value for key, value in self._values.items() if all(key in of for of in known)}
 
     def call(self, name: str, *args: Any, **more: Any) -> Any:
-        """Call a function with what was typed of its arguments, and with what this command has for the others."""
-        return self._functions[name](*args, **{**self.of(name), **more})
+        """Call a public function with what was typed of its arguments, and with what this command has for the others."""
+        return public(name)(*args, **{**self.of(name), **more})
 
     def refuse_others(self, why: str, *names: str) -> None:
         """Raise ParameterError for an option that none of these functions has."""
