@@ -10,10 +10,12 @@ import ast
 import inspect
 import re
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Annotated, Any, get_args, get_origin
 
 import gonio as gn
+from gonio.declared.arguments import Declared
 
 LABEL = re.compile(r"^([A-Z][a-z]+)(?: {2,}(\S.*)|)$")
 ARGUMENT = re.compile(r"^`[\w, *`]+`: ")
@@ -123,7 +125,17 @@ def on_docstring(app: Any, what: str, name: str, thing: Any, options: Any, lines
 
 
 class _Plain(ast.NodeTransformer):
-    """`Annotated[int, Within(1, 9)]` becomes `int`."""
+    """`Annotated[int, Declared("how many", 1, 9)]` becomes `int`, and so does a name for it in the file."""
+
+    def __init__(self, scope: Mapping[str, Any]):
+        self.scope = scope
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        value = self.scope.get(node.id)
+        if not any(isinstance(x, Declared) for x in getattr(value, "__metadata__", ())):
+            return node
+        text = re.sub(r"\b[a-z_]+(?:\.[a-z_]+)*\.", "", inspect.formatannotation(get_args(value)[0]))
+        return ast.parse(text, mode="eval").body
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
         self.generic_visit(node)
@@ -131,13 +143,13 @@ class _Plain(ast.NodeTransformer):
         return node.slice.elts[0] if is_annotated and isinstance(node.slice, ast.Tuple) else node
 
 
-def written(annotation: Any) -> str:
+def written(annotation: Any, scope: Mapping[str, Any] = MappingProxyType({})) -> str:
     """An annotation as it stands in the file."""
     if get_origin(annotation) is Annotated:
         annotation = get_args(annotation)[0]
     text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
     text = "np.ndarray" if text.startswith("numpy.ndarray") else text
-    return ast.unparse(_Plain().visit(ast.parse(text, mode="eval")))
+    return ast.unparse(_Plain(scope).visit(ast.parse(text, mode="eval")))
 
 
 def signature(thing: Any) -> tuple[str, str] | None:
@@ -147,6 +159,7 @@ def signature(thing: Any) -> tuple[str, str] | None:
     except (TypeError, ValueError):
         return None
     words, keyword_only = [], False
+    scope = getattr(inspect.unwrap(thing), "__globals__", {})
     parameters = list(found.parameters.values())
     if parameters and parameters[0].name in ("self", "cls"):
         del parameters[0]
@@ -156,7 +169,7 @@ def signature(thing: Any) -> tuple[str, str] | None:
             words.append("*")
         star = {p.VAR_POSITIONAL: "*", p.VAR_KEYWORD: "**"}.get(p.kind, "")
         keyword_only = keyword_only or star == "*"
-        word = star + p.name + ("" if p.annotation is p.empty else f": {written(p.annotation)}")
+        word = star + p.name + ("" if p.annotation is p.empty else f": {written(p.annotation, scope)}")
         if p.default is not p.empty:
             default = "..." if p.default is ... else re.sub(r"<.*?>", "...", repr(p.default))
             word += f" = {default}" if ": " in word else f"={default}"

@@ -64,9 +64,11 @@ def groups() -> dict[str, Group]:
     for key in [*titles, *sorted(set(of) - set(titles))]:
         title = titles.get(key, key.replace("_", " ").capitalize())
         found[key] = Group(title, sentence(texts.get(key, "")), "gonio", tuple(of[key]))
-    for module in (*(import_module(f"gonio.{name}") for name in sorted(modules | set(DOORS))), *bridges()):
+    named = {f"gonio.{name}": getattr(gn, name) for name in modules}
+    named |= {module.__name__: module for module in (*(import_module(f"gonio.{name}") for name in DOORS), *bridges())}
+    for title, module in sorted(named.items(), key=lambda item: ("bridges" in item[0], item[0])):
         if names := tuple(public(module)):
-            found[module.__name__] = Group(module.__name__, discover.docstring(module), module.__name__, names)
+            found[title] = Group(title, discover.docstring(module), module.__name__, names)
     return found
 
 

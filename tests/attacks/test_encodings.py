@@ -177,7 +177,8 @@ def test_scattered_rows_pasted_twice_are_refused(tmp_path):
 
 def test_copies_of_all_rows_are_refused_before_they_are_a_table(tmp_path, monkeypatch):
     """A table of three million rows that repeat a thousand took most of a minute until it was refused."""
-    monkeypatch.setattr(direction_pairs, "_measurement", None)
+    for makes_a_table in ("_as_grid", "gridded_or_scattered"):
+        monkeypatch.setattr(direction_pairs, makes_a_table, None)
     rows = "0,0,10,0,0.31,0.01\n30,0,40,170,0.32,0.01\n45,0,5,90,0.3,0.01\n"
     (tmp_path / "rows.csv").write_text("theta_i,phi_i,theta_o,phi_o,f,u_f\n" + 2 * rows)
     with pytest.raises(FormatError, match="every row is there several times: row 4 repeats row 1"):

@@ -16,7 +16,7 @@ from sweeps import every
 import gonio as gn
 from gonio.catalogue.typed import with_parameters
 from gonio.errors import ExpressionError, FormatError, NotFoundError, ParameterError
-from gonio.evaluate import planning
+from gonio.evaluate import whole
 from gonio.formula.bounds import CHANNELS, COMPILED, EVALUATIONS, NESTED
 from gonio.formula.fields import CLASSES
 from gonio.formula.json_form import from_json, names
@@ -155,7 +155,7 @@ def test_large_formulas_are_not_compiled(monkeypatch):
         assert len(graph.reachable(nodes)) <= COMPILED
         raise gn.errors.TraceError("not here")
 
-    monkeypatch.setattr(planning, "prepare", compiled)
+    monkeypatch.setattr(whole, "prepare", compiled)
     m = gn.Sum(*[gn.Phong(1e-3, float(k)) for k in range(2, 800)])
     assert m.sample(WO, [0.3, 0.6]).pdf >= 0.0
     assert np.isclose(m.jacobian(WI, WO, by=["0.rho_s"]).f, m.f(WI, WO))

@@ -1,5 +1,6 @@
 """The command line: what each command prints and writes; bad input ends in one line and exit code 2."""
 
+import functools
 import json
 import os
 import re
@@ -427,7 +428,7 @@ def test_an_interrupt_is_said_and_leaves_nothing(run, tmp_path, monkeypatch):
     def interrupted(*args, **kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(gn, "render", interrupted)
+    monkeypatch.setattr(gn, "render", functools.wraps(gn.render)(interrupted))
     result = run("render", "gold", "-o", "a.png", *SMALL)
     assert result.exit_code == 130
     assert result.stderr.strip() == "gonio: error: interrupted"
@@ -441,7 +442,7 @@ def test_missing_data_is_announced_in_one_line(run, monkeypatch):
         warnings.warn("3 samples met directions\nwithout data", MissingDataWarning, stacklevel=1)
         return render(*args, **kwargs)
 
-    monkeypatch.setattr(gn, "render", holes)
+    monkeypatch.setattr(gn, "render", functools.wraps(gn.render)(holes))
     result = run("render", "gold", "-o", "a.png", "-l", "constant", *SMALL)
     assert result.exit_code == 0
     assert result.stderr == "gonio: warning: 3 samples met directions without data\n"

@@ -371,7 +371,7 @@ def test_measurements_in_memory_are_written_as_they_are(tmp_path):
     ("model", "options", "says"),
     [
         (MODEL + gn.IdealSpecular(0.1), {}, "cannot hold a perfect mirror"),
-        (MODEL, {"basis": "third"}, "expected one of 'full', 'half', 'quarter', or an object of the class AngleBasis"),
+        (MODEL, {"basis": "third"}, "expected one of 'full', 'half', 'quarter', or an AngleBasis"),
         (MODEL, {"basis": AngleBasis("a", (0.0, 80.0), (4,))}, "expected them to increase from 0 to 90"),
         (MODEL, {"basis": "full", "tree": 3}, "expected one of them"),
         (MODEL, {"tree": 2}, "tree=2: expected 3 or 4"),

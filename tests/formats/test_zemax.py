@@ -125,7 +125,7 @@ def test_real_zemax_zeros_lie_at_the_horizon(tmp_path, name):
     assert elevation[value > 0.0].min() > 4.8 and elevation[value == 0.0].max() < 10.0
     gn.save(m, tmp_path / "b.bsdf", "Zemax")
     again = gn.load(tmp_path / "b.bsdf")
-    assert again == m and again.filed[:5] == m.filed[:5]
+    assert again == m and again.filed[:2] == m.filed[:2]
     np.testing.assert_array_equal(again.filed.values, m.filed.values)
     np.testing.assert_array_equal(again.filed.tis, m.filed.tis)
 

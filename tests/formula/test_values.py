@@ -18,7 +18,7 @@ from gonio.arrays import ops
 from gonio.base.measured import Measured
 from gonio.base.reflectance import Reflectance
 from gonio.conversion import tabulated  # noqa: F401 - a class of it is among CLASSES
-from gonio.evaluate import planning, tracing
+from gonio.evaluate import call, planning, tracing
 from gonio.formula.fields import CLASSES, param, table
 from gonio.formula.json_form import from_json
 from gonio.formula.parametrised import Parametrised
@@ -277,7 +277,7 @@ def test_first_f_after_replace_makes_no_trace_and_no_kernel_anew(monkeypatch):
         raise AssertionError("prepared anew")
 
     monkeypatch.setattr(planning, "new_plan", never)
-    monkeypatch.setattr(planning, "traced", never)
+    monkeypatch.setattr(call, "traced", never)
     other = m.replace({"distribution.alpha_x": 0.4})
     f, by = other.jacobian(WI, WO)
     np.testing.assert_allclose(other.f(WI, WO), f, rtol=1e-14)

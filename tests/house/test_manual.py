@@ -80,7 +80,7 @@ def test_links_of_the_pages_are_those_of_the_manual(manual):
 
 def test_every_public_name_is_explained(reference):
     explained = {name for group in reference.groups().values() if group.module == "gonio" for name in group.names}
-    modules = {group.module.removeprefix("gonio.") for group in reference.groups().values()}
+    modules = {group.title.removeprefix("gonio.") for group in reference.groups().values()}
     assert set(gn.__all__) - explained - modules == set()
     entry = re.compile(r"^\.\. (?:auto\w+:: gonio\.|py:function:: )(\w+)(?:\(\))?$", re.MULTILINE)
     assert explained - set(entry.findall("\n".join(reference.pages().values()))) == set()

@@ -10,7 +10,7 @@ import pytest
 from gonio.arrays import Fixed, ops
 from gonio.arrays.kinds import SCALAR, TOTAL
 from gonio.errors import ArrayTypeError, ParameterError, ShapeError, TraceError
-from gonio.evaluate import batch
+from gonio.evaluate import batch, tracing
 from gonio.evaluate.computation import Computation, composite
 from gonio.numerics.embree import Triangles
 
@@ -124,4 +124,4 @@ def test_refusals():
         ops.nearest(None, (x, x, x), (x, x, x), 0.0, 1.0)
     task = batch.Task(lambda m, mean, o: (ops.blocked(np.zeros(12), o, o, 0.0, 1.0),), (SCALAR,), (3,))
     with pytest.raises(TraceError, match="expected a table with their handle"):
-        batch.traced(task, composite(), None)
+        tracing.traced(task, composite(), None)

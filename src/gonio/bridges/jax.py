@@ -22,10 +22,11 @@ except ImportError as error:
 
 from ..base.light import Light
 from ..base.reflectance import Reflectance
-from ..declared.arguments import checked
+from ..declared.arguments import Seed, checked
 from ..formula.classes import ON_NEW
 from ..formula.parametrised import Parametrised
 from ..formula.texture import Texture
+from ..scenes.asked import Samples, Size
 from ..scenes.camera import View
 from ._pictures import Pictures, Settings
 
@@ -70,9 +71,9 @@ def render(
     m: Reflectance,
     lights: Light | Iterable[Light] | None = None,
     shape: Any = "sphere",
-    size: int = 512,
-    samples: int = 32,
-    seed: int = 0,
+    size: Size = 512,
+    samples: Samples = 32,
+    seed: Seed = 0,
     bands: Any = None,
     camera: View | None = None,
 ) -> jax.Array:

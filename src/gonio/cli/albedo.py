@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..declared.public import public
+from ..facts.public import public
 from .command import Asked, command
 from .options import Material, json_option, material_argument
 from .tables import table

@@ -27,9 +27,9 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from ..declared.arguments import ABOVE_ZERO, BELOW, Argument, arguments
-from ..declared.public import public
 from ..declared.typed import all_in_degrees, suspect_radians
 from ..errors import Error, MeaningWarning, ParameterError, suggestion, warn
+from ..facts.public import public
 from . import completion
 
 METAVARS = {bool: "BOOL", int: "N", float: "X", str: "TEXT"}
@@ -164,7 +164,7 @@ class Asked:
         return {key: value for key, value in self._values.items() if all(key in of for of in known)}
 
     def call(self, name: str, *args: Any, **more: Any) -> Any:
-        """Call a public function with what was typed of its arguments, and with what this command has for the others."""
+        """Call a public function with what was typed of its arguments, and with what this command has for others."""
         return public(name)(*args, **{**self.of(name), **more})
 
     def refuse_others(self, why: str, *names: str) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
-from ..declared.public import public
 from ..errors import visible
+from ..facts.public import public
 from ..pictures.image import SUFFIXES, read_image
 from . import completion, options
 from .command import Asked, command

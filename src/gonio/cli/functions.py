@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..declared.discover import docstring
-from ..declared.public import function_of
+from ..facts.public import function_of
 from .command import Asked, Command
 from .options import Material, json_option, material_argument
 from .tables import table
@@ -37,7 +37,7 @@ def _made(name: str, function: Callable) -> Command:
         else:
             say(in_words(result))
 
-    text = docstring(function).partition("\n\n")[0]
+    text = docstring(function).partition("\n\n")[0].replace("`", "")
     return Command(name=name, callback=run, params=run.__click_params__[::-1], help=text, asks=(function,))
 
 

@@ -10,8 +10,8 @@ from typing import Any
 import click
 import numpy as np
 
-from ..declared.public import public
 from ..errors import ExpressionError, NotFoundError, ParameterError, suggestion, visible
+from ..facts.public import public
 from .command import Asked, command
 from .options import json_option, output_option
 from .terminal import bar, echo, print_json

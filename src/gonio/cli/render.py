@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import click
 
 from ..declared.arguments import Argument, Declared
-from ..declared.public import public
 from ..declared.typed import is_number
 from ..errors import ParameterError, visible
+from ..facts.public import public
 from . import options
 from .command import Asked, Typed, command
 from .terminal import bar, echo

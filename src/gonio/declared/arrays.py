@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ArrayTypeError, MeaningWarning, ParameterError, ShapeError, TooLargeError, shown, warn
-from .arguments import Declared, bounds, checked, suspected
+from .arguments import Declared, checked
 from .numbers import NANOMETRES, numbers
+from .wording import bounds, suspected
 
 Array = NDArray[np.floating[Any]]
 

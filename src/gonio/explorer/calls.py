@@ -13,9 +13,9 @@ from ..base.angles import direction
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Argument, Declared, arguments
-from ..declared.public import form, forms, public
 from ..declared.version import __version__
 from ..errors import NotFoundError, ParameterError
+from ..facts.public import form, forms, public
 from ..formula.bounds import CHANNELS, MAX_LENGTH
 
 if TYPE_CHECKING:

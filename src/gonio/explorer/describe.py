@@ -11,10 +11,10 @@ import numpy as np
 
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
-from ..declared.public import public
 from ..errors import Error
 from ..facts.material import facts, to_rgb
 from ..facts.models import formulas
+from ..facts.public import public
 from ..facts.subject import Subject
 from .given import Given
 from .shelf import Shelf

@@ -16,9 +16,9 @@ from typing import Any
 from ..base.reflectance import Reflectance
 from ..catalogue import builtin
 from ..catalogue.expressions import expression
-from ..declared.public import public
 from ..errors import NotFoundError, ParameterError
 from ..facts.models import SHOWN
+from ..facts.public import public
 from ..formula.fields import Option, Param
 from ..formula.json_form import names
 from ..formula.spectrum import Spectrum

@@ -17,9 +17,9 @@ import warnings
 from pathlib import Path
 from typing import IO, Any
 
-from ..declared.public import public
 from ..declared.version import __version__
 from ..errors import Error, ExpressionError, visible
+from ..facts.public import public
 from .calls import CALLS
 from .given import Given
 from .messages import answer

@@ -26,7 +26,7 @@ def angle(degrees: float, digits: int = 4) -> str:
 
 def marked(text: str) -> str:
     """Text as HTML, with the angles in it [degrees] as `angle` writes them."""
-    return re.sub(r"(-?\d+(?:\.\d+)?)°", lambda found: angle(float(found[1])), escape(text))
+    return re.sub(r"(?<![\d.])(-?\d{1,9}(?:\.\d{1,9})?)°", lambda found: angle(float(found[1])), escape(text))
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 0, kind: str = "") -> str:

@@ -11,10 +11,10 @@ import pytest
 import gonio as gn
 from gonio.base.reflectance import Reflectance
 from gonio.declared.arguments import Declared, checked
-from gonio.declared.public import form, forms
 from gonio.errors import NotFoundError, ParameterError
 from gonio.explorer.calls import ask, functions
 from gonio.explorer.shelf import Shelf
+from gonio.facts.public import form, forms
 
 
 @checked

@@ -7,14 +7,14 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from .arguments import Argument, arguments, hints
-from .discover import docstring
+from ..declared.arguments import Argument, arguments, hints
+from ..declared.discover import docstring
 
 
 def public(name: str) -> Any:
     """What gonio calls so, imported when it is used: "render", or "figures.overview"."""
     module, _, last = name.rpartition(".")
-    return getattr(import_module(f"gonio.{module}".rstrip(".")), last)
+    return getattr(import_module(f"..{module}", __package__), last)
 
 
 class Form(NamedTuple):
@@ -46,7 +46,7 @@ class Form(NamedTuple):
 
 def function_of(name: str) -> Callable | None:
     """A public function that is asked of one material, with all else that it needs declared; None of other names."""
-    gonio = import_module("gonio")
+    gonio = import_module("..", __package__)
     function = getattr(gonio, name) if name in gonio.__all__ else None
     if not inspect.isfunction(function):
         return None
@@ -71,4 +71,4 @@ def form(name: str) -> Form | None:
 
 def forms() -> list[Form]:
     """All of them, by name."""
-    return [found for name in sorted(import_module("gonio").__all__) if (found := form(name)) is not None]
+    return [found for name in sorted(import_module("..", __package__).__all__) if (found := form(name)) is not None]
