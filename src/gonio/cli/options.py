@@ -72,7 +72,7 @@ def together(name: str, kind: Callable, *decorators: Callable) -> Callable:
     def decorate(command: Callable) -> Callable:
         @functools.wraps(command)
         def call(**given: Any) -> Any:
-            one = kind(*(given.pop(field) for field in kind._fields))  # type: ignore[attr-defined]
+            one = kind(*(given.pop(field) for field in kind._fields))  # type: ignore[attr-defined]  # kinds are NamedTuples
             return command(**{name: one}, **given)
 
         for add in reversed(decorators):

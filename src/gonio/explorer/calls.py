@@ -37,7 +37,7 @@ Replaced = Annotated[
 Given = Annotated[
     Mapping[Word, Annotated[str, Declared("as it is typed", longest=200)]], Declared("typed arguments", longest=50)
 ]
-Azimuth = Annotated[float, Declared("azimuth of incidence", -360.0, 360.0, "degrees")]
+Azimuth = Annotated[float, Declared("azimuth of incidence", unit="degrees")]
 Directions = Annotated[Sequence[tuple[float, float, float]], Declared("directions [x, y, z]", longest=1 << 14)]
 
 BELOW_90 = math.nextafter(90.0, 0.0)

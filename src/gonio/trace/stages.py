@@ -40,7 +40,7 @@ def stages(
     inputs: int,
     within: Collection[int],
     around: Collection[int],
-    noted: Callable[[int], Any] = id,
+    noted: Callable[[int], Any] | None = None,
 ) -> Stages:
     """A computation for arrays `within`, which change fastest, and arrays `around`, among these the first `inputs`.
 
@@ -52,7 +52,8 @@ def stages(
     found = kept.get(key)
     if found is None:
         found = kept[key] = _divided(graph, *key)
-        noted(found.second.size())
+        if noted is not None:
+            noted(found.second.size())
     return found
 
 
