@@ -246,13 +246,14 @@ def test_a_worker_that_is_killed(explorer):
     assert explorer.ask("names")["ok"]
     workers = explorer.children()
     with explorer.socket() as connection:
-        connection.send('{"id": 1, "call": "hang"}')
-        time.sleep(0.3)
+        connection.send('{"id": 1, "call": "slow"}')
+        connection.send('{"id": 2, "call": "names"}')
+        assert unpacked(connection.recv(timeout=60))["id"] == 2  # what was sent before it has reached the worker
         for worker in workers:
             os.kill(worker, signal.SIGKILL)
         found = unpacked(connection.recv(timeout=60))
         assert not found["ok"] and "SIGKILL" in found["error"]
-        connection.send('{"id": 2, "call": "names"}')
+        connection.send('{"id": 3, "call": "names"}')
         assert unpacked(connection.recv(timeout=60))["ok"]
     assert {*workers}.isdisjoint(explorer.children())
 
