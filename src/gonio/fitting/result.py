@@ -7,22 +7,20 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 from statistics import NormalDist
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from ..base.angles import angles
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared, checked
 from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
 from ..formula.text import listed
+from .agreement import Incidence, Row, by_incidence, worst
 from .covariance import correlations, spread_of
 from .losses import LOSSES, ROBUST
 from .problem import Problem
-from .samples import names_of
 from .solver import Solved
 from .suspicions import suspicions
 
@@ -35,31 +33,6 @@ SHOWN = 4
 LONG_NUMBER = re.compile(r"(?<!\d)\d+\.\d{4,}(?:e[-+]?\d+)?")
 DEFAULT = ", masking='height_correlated'"
 """What titles leave out: digits, and the option that microfacets usually have."""
-
-EDGES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
-"""Edges of the classes of angles of incidence [degrees]."""
-
-
-class Incidence(NamedTuple):
-    """Agreement in a class of angles of incidence [degrees]: values, the root mean square and the mean of the relative
-    difference of model and data, relative to the root mean square of the data there."""
-
-    low: float
-    high: float
-    values: int
-    rms: float
-    mean: float
-
-
-class Row(NamedTuple):
-    """A row of data where the model is wrong: directions, channel, f of data and model [1/sr], and the residual."""
-
-    wi: np.ndarray
-    wo: np.ndarray
-    channel: str
-    data: float
-    model: float
-    residual: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,19 +256,7 @@ class Fit:
         0.0 15.0 1 0.1
         45.0 60.0 1 0.08
         """
-        s, (f, _) = self.problem.samples, self._compared
-        theta = np.degrees(angles(s.wi)[0])
-        found = []
-        for low, high in pairwise(EDGES):
-            rows = (theta >= low) & (theta < high)
-            valid = s.valid[rows]
-            if not valid.any():
-                continue
-            off, size = (f[rows] - s.f[rows])[valid], s.f[rows][valid]
-            scale = math.sqrt(float(np.mean(size**2))) or 1.0
-            rms, mean = math.sqrt(float(np.mean(off**2))) / scale, float(off.mean()) / scale
-            found.append(Incidence(low, high, int(valid.sum()), rms, mean))
-        return found
+        return by_incidence(self.problem.samples, self._compared[0])
 
     def worst(self, count: int = 5) -> list[Row]:
         """The rows with the largest residuals.
@@ -306,16 +267,7 @@ class Fit:
         >>> print(row.data, round(row.model, 3))
         0.2 0.133
         """
-        s, (f, r) = self.problem.samples, self._compared
-        size = np.where(np.isfinite(r), np.abs(r), -1.0).reshape(-1)
-        count = min(count, s.count)
-        top = np.argsort(-size, kind="stable")[:count]
-        names = names_of(s.channels)
-        rows = []
-        for row, channel in zip(*np.unravel_index(top, r.shape), strict=True):
-            at = row, channel
-            rows.append(Row(s.wi[row], s.wo[row], names[channel], float(s.f[at]), float(f[at]), float(r[at])))
-        return rows
+        return worst(self.problem.samples, *self._compared, count)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -425,10 +377,9 @@ class Fit:
         width = max(len(row[0]) for row in rows)
         lines += ["", *(f"  {name:<{width}}  {value}  {remark}".rstrip() for name, value, remark in rows), ""]
         lines.append("by angle of incidence   values   rms     mean difference, of the data's rms")
-        for c in self.by_incidence():
-            lines.append(f"  {c.low:3.0f} to {c.high:3.0f} degrees {c.values:10d}   {c.rms:6.1%}  {c.mean:+6.1%}")
+        lines += [f"  {incidence}" for incidence in self.by_incidence()]
         lines.append("largest residuals")
-        lines += [f"  {text}" for text in map(_told, self.worst())]
+        lines += [f"  {row}" for row in self.worst()]
         if self.notes:
             lines += ["", "note", *(f"  - {text}" for text in self.notes)]
         return "\n".join(lines)
@@ -484,12 +435,3 @@ def _with_error(value: float, s: float) -> str:
     if -3 <= digits <= 8 and abs(value) < 1e7:
         return f"{value:.{max(digits, 0)}f} ± {s:.{max(digits, 0)}f}"
     return f"{value:.{max(2, 1 + math.floor(math.log10(max(abs(value), s) / s)))}e} ± {s:.1e}"
-
-
-def _told(row: Row) -> str:
-    (theta_i, phi_i), (theta_o, phi_o) = (map(float, np.degrees(angles(w))) for w in (row.wi, row.wo))
-    channel = f" [{row.channel}]" if row.channel else ""
-    return (
-        f"theta_i {theta_i:5.1f}, theta_o {theta_o:5.1f}, phi {round(phi_o - phi_i, 1) % 360.0:5.1f} degrees{channel}: "
-        f"data {row.data:.4g}, model {row.model:.4g} /sr"
-    )
