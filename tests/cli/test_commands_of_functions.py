@@ -14,15 +14,19 @@ from typing import Annotated
 
 import numpy as np
 import pytest
+from click import Context
 from click.testing import CliRunner
 
 import gonio as gn
 from gonio.cli.command import Command, Typed
 from gonio.cli.commands import cli
 from gonio.declared.arguments import Argument, Declared, arguments, checked
+from gonio.facts.public import forms
 
 PAINT = "Lambertian(0.3) + Microfacet(GGX(0.2))"
 COMMANDS = sorted(cli.commands)
+UNWRITTEN = sorted({found.name.replace("_", "-") for found in forms()} - {*COMMANDS})
+"""Commands that are public functions."""
 
 
 def told(*words: str, columns: int = 80) -> str:
@@ -49,9 +53,10 @@ def test_no_option_restates_a_declared_argument(name):
     assert not declared & {p.name for p in command.params}
 
 
-@pytest.mark.parametrize("name", ["", *COMMANDS])
+@pytest.mark.parametrize("name", ["", *COMMANDS, *UNWRITTEN])
 def test_help_fits_and_says_units(name):
-    words, command = name.split(), cli.commands.get(name)
+    words, command = name.split(), cli.get_command(Context(cli), name) if name else cli
+    assert command.help
     wide, narrow = told(*words), told(*words, columns=60)
     assert max(map(len, wide.splitlines())) <= 80
     assert {*re.split(r"[\s-]+", narrow)} <= {*re.split(r"[\s-]+", told(*words, columns=100))}, "a word is cut"

@@ -4,6 +4,7 @@ Brings the copy's manual up to date, looks for the things that CONTRIBUTING.md a
 prints, as JSON, place -> whether it is there, or what it fails with.
 """
 
+import doctest
 import json
 import sys
 from collections.abc import Callable, Iterator
@@ -45,6 +46,11 @@ def refused(call: Callable[[], object]) -> str:
     except gn.Error as error:
         return str(error)
     raise AssertionError("expected an error")
+
+
+def example(name: str) -> doctest.DocTest:
+    """The example of a public function."""
+    return doctest.DocTestParser().get_doctest(getattr(gn, name).__doc__, {"gn": gn}, name, None, 0)
 
 
 def works(text: str, laws: tuple[str, ...]) -> Iterator[tuple[str, Callable[[], bool]]]:
@@ -170,6 +176,7 @@ def format() -> Iterator[tuple[str, Callable[[], bool]]]:
 def function() -> Iterator[tuple[str, Callable[[], bool]]]:
     typed = ("gloss", "Lambertian(0.5)", "--theta-i", "20", "--share", "50")
     yield "gn.", lambda: "gloss" in gn.__all__ and "gloss" in dir(gn)
+    yield "its example", lambda: doctest.DocTestRunner().run(example("gloss")) == (0, 1)
     yield "a wrong value", lambda: "in degrees?" in refused(lambda: gn.gloss(gn.Lambertian(0.5), 45.0))
     yield "gonio gloss", lambda: np.isclose(float(gonio(*typed)), 0.25 / np.pi)
     yield "gonio gloss --json", lambda: np.isclose(json.loads(gonio(*typed, "--json")), 0.25 / np.pi)
