@@ -10,21 +10,23 @@ import re
 import sys
 import textwrap
 from types import ModuleType
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import pytest
+from click import Context
 from click.testing import CliRunner
-from places import ROOT
 
 import gonio as gn
 from gonio.cli.command import Command, Typed
 from gonio.cli.commands import cli
-from gonio.declared.arguments import BELOW_HORIZON, Argument, Declared, arguments, checked
-from gonio.facts.public import form
+from gonio.declared.arguments import Argument, Declared, arguments, checked
+from gonio.facts.public import forms
 
 PAINT = "Lambertian(0.3) + Microfacet(GGX(0.2))"
 COMMANDS = sorted(cli.commands)
+UNWRITTEN = sorted({found.name.replace("_", "-") for found in forms()} - {*COMMANDS})
+"""Commands that are public functions."""
 
 
 def told(*words: str, columns: int = 80) -> str:
@@ -51,9 +53,10 @@ def test_no_option_restates_a_declared_argument(name):
     assert not declared & {p.name for p in command.params}
 
 
-@pytest.mark.parametrize("name", ["", *COMMANDS])
+@pytest.mark.parametrize("name", ["", *COMMANDS, *UNWRITTEN])
 def test_help_fits_and_says_units(name):
-    words, command = name.split(), cli.commands.get(name)
+    words, command = name.split(), cli.get_command(Context(cli), name) if name else cli
+    assert command.help
     wide, narrow = told(*words), told(*words, columns=60)
     assert max(map(len, wide.splitlines())) <= 80
     assert {*re.split(r"[\s-]+", narrow)} <= {*re.split(r"[\s-]+", told(*words, columns=100))}, "a word is cut"
@@ -184,17 +187,3 @@ def test_functions_of_a_material_are_commands():
     np.testing.assert_allclose(json.loads(done.stdout), [0.2, 0.3, 0.4], atol=1e-4)
     for name in ("tmp-gloss", "albedos", "blackbody", "gonio", "white_sky_albed"):
         assert "No such command" in CliRunner().invoke(cli, [name, "gold"]).stderr
-
-
-def test_the_example_of_contributing_is_a_command(monkeypatch):
-    """Its text as it stands there is a function, a command and a form."""
-    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    text = page.partition("# src/gonio/radiometry/gloss.py\n")[2].partition("```")[0]
-    scope = {"Annotated": Annotated, "Any": Any, "BELOW_HORIZON": BELOW_HORIZON, "Declared": Declared, "math": math}
-    exec(text, scope | {"checked": checked, "direction": gn.direction, "Reflectance": gn.Reflectance}, scope)
-    monkeypatch.setattr(gn, "gloss", scope["gloss"], raising=False)
-    monkeypatch.setattr(gn, "__all__", [*gn.__all__, "gloss"])
-    done = CliRunner().invoke(cli, ["gloss", "Lambertian(0.5)", "--theta-i", "20", "--share", "50"])
-    assert float(done.stdout) == pytest.approx(0.25 / math.pi, rel=1e-5), done.output
-    found = form("gloss")
-    assert found is not None and [*found.fields] == ["theta_i", "share"]

@@ -34,21 +34,39 @@ def bare(html: str) -> str:
     return " ".join(unescape(re.sub("<[^>]*>", " ", re.sub("</?span[^>]*>", "", html))).split())
 
 
+def said_of(m, about):
+    """Place -> what stands there."""
+    one = {"facts": about, "title": "", "isotropic": True, "formulas": []}
+    return {
+        "info": " ".join(facts_as_text(about).split()),
+        "report": bare(about_page.what(Told(one, {}, "m0"))),
+        "notebook": bare(m._repr_html_()),
+    }
+
+
 def test_what_a_file_holds_is_said_in_the_same_words(file):
     m = gn.load(file)
     about = facts(str(file), m, computed=False)
     rows = [text for name, text in words.contents(about) if name != "quantity"]
     assert "4 nodes from 0° to 70°, uneven" in rows and "3 nodes from 0° to 60°, every 30°" in rows
     assert any(text.endswith("% of the table") for text in rows)
-    one = {"facts": about, "title": "", "isotropic": True, "formulas": []}
-    said = {
-        "info": " ".join(facts_as_text(about).split()),
-        "report": bare(about_page.what(Told(one, {}, "m0"))),
-        "notebook": bare(m._repr_html_()),
-    }
     for text in [*rows, words.channels(about)]:
-        for place, whole in said.items():
+        for place, whole in said_of(m, about).items():
             assert text in whole, (place, text)
+
+
+@pytest.mark.parametrize(
+    "m",
+    [gn.IdealSpecular(0.9), gn.ThinDielectric(1.5), gn.Phong(), gn.Donaldson([[0.2, 0.0], [0.3, 0.6]])],
+    ids=lambda m: type(m).__name__,
+)
+def test_a_fact_is_one_row_that_every_place_shows(m, monkeypatch):
+    about, optics = facts("", m, computed=False), words.optics
+    monkeypatch.setattr(words, "optics", lambda facts: [*optics(facts), ("made up", "by this test")])
+    assert len([*words.optics(about)]) > 2
+    for name, text in words.optics(about):
+        for place, whole in said_of(m, about).items():
+            assert name in whole and " ".join(text.split()) in whole, (place, text)
 
 
 @pytest.mark.parametrize(
@@ -96,4 +114,4 @@ def test_what_no_number_shows_is_said(m, row):
 
 def test_what_is_as_usual_is_not_said():
     about = facts("", gn.Lambertian(0.5), computed=False)
-    assert not {"sides", "places"} & {*about} and not list(words.optics(about))
+    assert not {"sides", "places"} & {*about} and [*words.optics(about)] == [("channels", "1: gray")]

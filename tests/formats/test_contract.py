@@ -34,6 +34,14 @@ def claims(head: bytes, size: int) -> list[str]:
     return [m.NAME for m in formats() if m.matches(head[:HEAD], size)]
 
 
+def test_modules_say_what_every_format_needs() -> None:
+    """Texts, and suffixes with their dots; `write` says which reflectances fit."""
+    for module in formats():
+        assert module.NAME and module.DESCRIPTION and module.ORACLE
+        assert type(module.SUFFIXES) is tuple and all(suffix.startswith(".") for suffix in module.SUFFIXES), module
+        assert not hasattr(module, "write") or "m" in module.write.__annotations__, module
+
+
 IN_MEMORY: dict[str, Callable[[], Measured]] = {
     "grid": lambda: grid("angles", (3, 4, 5)),
     "rows": lambda: rows(),

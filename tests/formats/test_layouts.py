@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from types import ModuleType
 
 import numpy as np
@@ -11,7 +12,7 @@ from format_cases import grid
 import gonio as gn
 from gonio.errors import FormatError, ParameterError
 from gonio.formats import formats
-from gonio.formats._layout import HALVED, Axis, Layout
+from gonio.formats._layout import CHANNEL, HALVED, Axis, Layout
 from gonio.tables.angle_systems import ANGLES, SYSTEMS
 from gonio.tables.rows import ROW_ANGLES
 
@@ -26,8 +27,16 @@ def layouts() -> dict[str, Layout]:
     return found
 
 
+CONVENTIONS = {
+    f"azimuths of sign {sign:g}, from {shift:g}{', around' * around}": Layout(
+        "angles",
+        {"in": Axis("theta_i"), "az": Axis("phi", shift, sign, around=around), "c": CHANNEL, "out": Axis("theta_o")},
+    )
+    for sign, shift, around in product((1.0, -1.0), (0.0, 90.0, 180.0, -90.0), (False, True))
+}
 GRIDS = {name: x for name, x in layouts().items() if any(axis.name == "channel" for axis in x.axes.values())}
 ROWS = {name: x for name, x in layouts().items() if name not in GRIDS}
+GRIDS |= CONVENTIONS
 
 
 def test_what_is_read_and_written_has_a_layout_or_says_why_not():
@@ -36,6 +45,21 @@ def test_what_is_read_and_written_has_a_layout_or_says_why_not():
         assert layout + (reason is not None) == hasattr(module, "write"), module.NAME
         assert reason is None or (10 < len(reason) < 100 and "\n" not in reason), module.NAME
     assert all(isinstance(layout, Layout) for layout in layouts().values())
+
+
+@pytest.mark.parametrize("name", [*GRIDS, *ROWS])
+def test_a_layout_is_whole(name):
+    """Its words are known ones, and a file has each angle once."""
+    layout = (GRIDS | ROWS)[name]
+    assert layout.system in SYSTEMS
+    for oriented in (False, True):
+        named = [axis.name for axis in layout.of(oriented).values()]
+        assert {*named} <= {*ANGLES, CHANNEL.name} and len({*named}) == len(named)
+    known = [{*SYSTEMS[layout.system].axes(oriented)} for oriented in (False, True)]
+    if name in ROWS:  # a grid says so by CHANNEL
+        assert {*named} <= {*ROW_ANGLES} and layout.unit in ("deg", "rad")
+    else:
+        assert any(names <= {*named} for names in known) and layout.unit == "deg"
 
 
 def nodes_of(axis: Axis, half: bool) -> np.ndarray:
@@ -52,7 +76,7 @@ def test_what_a_layout_writes_it_reads(name, kind):
     names = [axis.name for axis in layout.of(turned).values()]
     grid = SYSTEMS[layout.system].axes(turned)
     if not {*grid} <= {*names}:
-        with pytest.raises(KeyError):  # a layout of isotropic materials, or of others, alone
+        with pytest.raises(ParameterError, match="tables have the angles"):  # of isotropic ones alone
             layout.grid(turned)
         return
     axes = {axis.name: nodes_of(axis, half and axis.name in HALVED) for axis in layout.grid(turned).values()}

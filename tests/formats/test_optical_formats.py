@@ -12,7 +12,7 @@ from places import real
 
 import gonio as gn
 from gonio.errors import ParameterError
-from gonio.formats import fred, jdv, lighttools, rt300s_xls, speos, zemax
+from gonio.formats import fred, lighttools, speos, zemax
 from gonio.formats._optical import angle_tables
 from gonio.pictures.colour import XYZ_OF_RGB
 
@@ -135,8 +135,3 @@ def test_real_exports_of_one_measurement_agree():
     assert first.about["measurements"] == 2
     # The direction of the normal was measured twice; the instrument's own table has the same mean, in two decimals.
     assert first.stored[0, 0, 0] * math.pi == pytest.approx(-29095.56, abs=0.006)
-
-
-def test_the_modules_are_formats():
-    for module in (zemax, lighttools, speos, fred, jdv, rt300s_xls):
-        assert module.NAME and module.SUFFIXES and module.DESCRIPTION and module.ORACLE

@@ -4,6 +4,7 @@ Brings the copy's manual up to date, looks for the things that CONTRIBUTING.md a
 prints, as JSON, place -> whether it is there, or what it fails with.
 """
 
+import doctest
 import json
 import sys
 from collections.abc import Callable, Iterator
@@ -17,6 +18,7 @@ from click.testing import CliRunner
 import gonio as gn
 from gonio.catalogue.expressions import read
 from gonio.cli.commands import cli
+from gonio.facts.public import form
 from gonio.formats import formats
 from gonio.formula.json_form import from_json
 from gonio.laws import LAWS, table
@@ -44,6 +46,11 @@ def refused(call: Callable[[], object]) -> str:
     except gn.Error as error:
         return str(error)
     raise AssertionError("expected an error")
+
+
+def example(name: str) -> doctest.DocTest:
+    """The example of a public function."""
+    return doctest.DocTestParser().get_doctest(getattr(gn, name).__doc__, {"gn": gn}, name, None, 0)
 
 
 def works(text: str, laws: tuple[str, ...]) -> Iterator[tuple[str, Callable[[], bool]]]:
@@ -166,15 +173,27 @@ def format() -> Iterator[tuple[str, Callable[[], bool]]]:
     yield "its row", lambda: "\n| polar table | .polar | yes | yes |" in page("formats.md")
 
 
+def function() -> Iterator[tuple[str, Callable[[], bool]]]:
+    typed = ("gloss", "Lambertian(0.5)", "--theta-i", "20", "--share", "50")
+    yield "gn.", lambda: "gloss" in gn.__all__ and "gloss" in dir(gn)
+    yield "its example", lambda: doctest.DocTestRunner().run(example("gloss")) == (0, 1)
+    yield "a wrong value", lambda: "in degrees?" in refused(lambda: gn.gloss(gn.Lambertian(0.5), 45.0))
+    yield "gonio gloss", lambda: np.isclose(float(gonio(*typed)), 0.25 / np.pi)
+    yield "gonio gloss --json", lambda: np.isclose(json.loads(gonio(*typed, "--json")), 0.25 / np.pi)
+    yield "gonio gloss --help", lambda: "polar angle of the light [degrees]" in gonio("gloss", "--help").lower()
+    yield "its form", lambda: [*form("gloss").fields] == ["theta_i", "share"]
+    yield "the stub", lambda: "import gloss as gloss" in (make.DOCS.parent / "src/gonio/__init__.pyi").read_text()
+
+
 def found(look: Callable[[], bool]) -> bool | str:
     """Whether a thing is there; what went wrong, if that is another thing than that it is not known."""
     try:
         return bool(look())
-    except (gn.Error, AttributeError, KeyError, StopIteration) as error:
+    except (gn.Error, AttributeError, KeyError, StopIteration, ValueError) as error:
         return f"{type(error).__name__}: {error}"
 
 
 if __name__ == "__main__":
     make.main(["--text"])
-    kinds = (model, distribution, fresnel, masking, light, law, shape, format)
+    kinds = (model, distribution, fresnel, masking, light, law, shape, format, function)
     print(json.dumps({f"{kind.__name__}: {what}": found(look) for kind in kinds for what, look in kind()}))

@@ -130,7 +130,7 @@ def test_page_runs(page, tmp_path):
 
 @every_page
 def test_names_exist(page):
-    own = set(re.findall(r"^class (\w+)", "\n".join(new_files(page).values()), re.MULTILINE))
+    own = set(re.findall(r"^(?:class|def) (\w+)", "\n".join(new_files(page).values()), re.MULTILINE))
     for path in sorted(set(NAME.findall(read(page)))):
         names = path[1:].split(".")
         if names[0] not in own:

@@ -1,4 +1,5 @@
-"""The promise: a thing of a kind is one file. Found everywhere once it is there, and nowhere once it is gone.
+"""The promise: a thing of a kind is one file, and a function one that is named. Found everywhere once it is there, and
+nowhere once it is gone.
 
 The files are those that CONTRIBUTING.md shows, one of each kind, in a copy of gonio and its manual.
 """
@@ -15,11 +16,13 @@ from pathlib import Path
 
 import pytest
 from places import PACKAGE, ROOT
+from rooms import ROOMS
 from test_docs import new_files
 
 pytestmark = pytest.mark.texts
 
 FILES = new_files(ROOT / "CONTRIBUTING.md")
+NAMED = '"gloss": "integrals.gloss",'
 COUNTED = re.compile(r"<!-- made: counts -->\n(.*)\n")
 
 
@@ -56,16 +59,28 @@ def seen(tmp_path_factory):
     before = copy.manual()
     for name, text in FILES.items():
         (copy.home / "src" / "gonio" / name).write_text(text, encoding="utf-8")
+    face = copy.home / "src" / "gonio" / "__init__.py"
+    bare = face.read_text(encoding="utf-8")
+    face.write_text(bare.replace("_ON_USE = {", f"_ON_USE = {{{NAMED}"), encoding="utf-8")
     present, between = copy.look(), copy.manual()
     for name in FILES:
         (copy.home / "src" / "gonio" / name).unlink()
+    face.write_text(bare, encoding="utf-8")
     return {"present": present, "absent": copy.look(), "manuals": (before, between, copy.manual())}
 
 
 def test_every_kind_has_an_example():
     folders = {"models", "distributions", "formula/fresnel", "formula/maskings", "lights", "laws", "scenes/shapes"}
-    assert {str(Path(name).parent.as_posix()) for name in FILES} == folders | {"formats"}
-    assert len(FILES) == 8
+    assert {str(Path(name).parent.as_posix()) for name in FILES} == folders | {"formats", "integrals"}
+    assert len(FILES) == 9
+
+
+def test_examples_stand_in_rooms_that_may_import_what_they_do():
+    for name, text in FILES.items():
+        here = Path(name).parent
+        for dots, module in re.findall(r"^from (\.+)([\w.]*) import", text, re.MULTILINE):
+            other = [*here.parts[: len(here.parts) + 1 - len(dots)], *filter(None, module.split("."))][0]
+            assert other not in ROOMS or ROOMS.index(other) <= ROOMS.index(here.parts[0]), (name, other)
 
 
 def test_one_file_makes_a_thing_known_everywhere(seen):

@@ -29,6 +29,7 @@ from gonio.errors import NotFoundError, ParameterError
 from gonio.formula.classes import aliases, takes_fields
 from gonio.formula.fields import CLASSES, Option, Param, param
 from gonio.formula.json_form import from_json, names
+from gonio.formula.maskings import MASKINGS
 
 LIGHTS = public(Light, discover.modules("gonio.lights"))
 KINDS = [k for k in (*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Scaled) if takes_fields(k)]
@@ -97,7 +98,7 @@ def test_signatures_of_parts_options_and_what_must_be_given():
     microfacet, light = inspect.signature(gn.Microfacet), inspect.signature(gn.EnvironmentLight)
     assert microfacet.parameters["distribution"].annotation == "Distribution"
     assert microfacet.parameters["fresnel"].annotation == "Fresnel | float | Array"
-    assert microfacet.parameters["masking"].annotation == "Literal['height_correlated', 'separable', 'v_groove']"
+    assert microfacet.parameters["masking"].annotation == f"Literal[{', '.join(map(repr, MASKINGS))}]"
     assert light.parameters["image"].default is inspect.Parameter.empty
     with pytest.raises(TypeError, match="image"):
         light.bind()

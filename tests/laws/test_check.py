@@ -311,7 +311,6 @@ def test_every_law_has_a_model_that_breaks_it():
 def test_every_law_has_a_place_of_its_own():
     places = [module.ORDER for module in MODULES.values()]
     assert places == sorted(set(places))
-    assert (*LAWS,)[:4] == ("positivity", "reciprocity", "isotropy", "energy") and (*LAWS,)[-1] == "limit"
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -588,7 +587,7 @@ def test_command_line(tmp_path, monkeypatch):
     result = run(cli, ["check", "Lambertian(0.2) + ModifiedPhong(0.5)", "--sampling"])
     assert result.exit_code == 0 and "effective" in result.stdout and "1 ModifiedPhong" in result.stdout
     found = json.loads(run(cli, ["check", "Phong()", "--sampling", "--json"]).stdout)
-    assert found["laws"][3]["name"] == "energy" and found["laws"][3]["verdict"] == "breaks"
+    assert {law["name"]: law["verdict"] for law in found["laws"]}["energy"] == "breaks"
     assert found["lawful"] and not found["passed"]
     assert found["sampling"][0]["theta_o"] == 0.0 and found["sampling"][0]["lobe"] == "all"
     assert run(cli, ["check", "Phong()", "--plot", "a.txt"]).exit_code != 0

@@ -71,7 +71,7 @@ def test_points_normals_and_places(name, rays):
     elif name == "sphere":
         np.testing.assert_allclose(np.sin(math.pi * v) * turn, p[:, 0] + 1j * p[:, 1], atol=1e-9)
         np.testing.assert_allclose(np.cos(math.pi * v), p[:, 2], atol=1e-9)
-    else:
+    elif name == "cylinder":
         end = np.abs(at["normal"][:, 2]) > 0.5
         assert 0.1 < end.mean() < 0.9
         np.testing.assert_allclose(np.where(end, (1 - v) * h, h) * turn, p[:, 0] + 1j * p[:, 1], atol=1e-9)

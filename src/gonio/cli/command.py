@@ -72,7 +72,7 @@ class Typed(click.ParamType):
         return next((name for kind in self.kinds if (name := self._one(kind)) != "VALUE"), "VALUE")
 
     def _one(self, kind: Any) -> str:
-        if kind is float and self.declared.unit in ("rad", "share"):
+        if kind in (float, Any) and self.declared.unit in ("rad", "share"):
             return "ANGLE" if self.declared.unit == "rad" else "PERCENT"
         return "FILE" if self.is_path else "WORD" if self.declared.words else METAVARS.get(kind, "VALUE")
 

@@ -45,7 +45,7 @@ def facts_as_text(facts: dict[str, Any]) -> str:
         rows += [(f"  {name}" if name in facts["axes"] else name, text) for name, text in words.contents(facts)]
     else:
         rows.append(("formula", facts["expression"]))
-    rows += [("channels", words.channels(facts)), *words.optics(facts)]
+    rows += words.optics(facts)
     if "source" in facts:
         rows.append(("source", facts["source"]))
     text = table(("", ""), [*rows, *words.provenance(facts)]).removeprefix("\n")

@@ -63,7 +63,7 @@ def _row(module: ModuleType) -> Format:
         getattr(module, "TRANSMITS", False),
         _sampled(module),
         module.DESCRIPTION,
-        getattr(module, "ORACLE", "nothing yet"),
+        module.ORACLE,
         getattr(module, "GRAMMAR", ""),
         options(module.read),
         options(module.write) if written else None,

@@ -49,11 +49,13 @@ def contents(facts: dict[str, Any]) -> Rows:
 
 
 def optics(facts: dict[str, Any]) -> Rows:
-    """Albedos, symmetries, delta lobes and fluorescence, and the laws that it may break."""
+    """What is said of every material: channels, sides, delta lobes, fluorescence, the laws that it may break; where
+    they were computed, albedos and symmetries."""
+    yield "channels", channels(facts)
     if "places" in facts:
-        yield "map", places(facts)
+        yield "map", f"{' x '.join(map(str, facts['places']))} places"
     if "sides" in facts:
-        yield "sides", sides(facts)
+        yield "sides", "transmits" if facts["sides"] == "both" else "transmits alone"
     if "albedo" in facts:
         yield "albedo", _by_angle(facts, facts["albedo"]["values"])
     if "stated_totals" in facts:
@@ -103,16 +105,6 @@ def channels(facts: dict[str, Any]) -> str:
     if count <= 4:
         return f"{count}: {', '.join(f'{x:g}' for x in names)} nm"
     return f"{count}: {names[0]:g} to {names[-1]:g} nm"
-
-
-def places(facts: dict[str, Any]) -> str:
-    """How many places a map has."""
-    return f"{' x '.join(map(str, facts['places']))} places"
-
-
-def sides(facts: dict[str, Any]) -> str:
-    """Whether light passes, where some does."""
-    return "transmits" if facts["sides"] == "both" else "transmits alone"
 
 
 def _nodes(axis: dict[str, Any]) -> str:

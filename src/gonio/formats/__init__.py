@@ -43,7 +43,7 @@ from ._reading import pipes, plain_text, strangers
 HEAD = 4096
 """Number of a file's first bytes that `matches` gets; text in UTF-16, or with a byte order mark, as plain UTF-8."""
 
-DEMANDED = ("NAME", "SUFFIXES", "DESCRIPTION", "matches", "read")
+DEMANDED = ("NAME", "SUFFIXES", "DESCRIPTION", "ORACLE", "matches", "read")
 
 
 @cache

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..tables.angle_systems import SYSTEMS
+from ..errors import ParameterError
+from ..tables.angle_systems import SYSTEMS, angle_system
 from ..tables.rows import ROW_ANGLES
 from ._reading import plain_text
 
@@ -47,22 +48,26 @@ class Axis(NamedTuple):
 
     def read(self, nodes: np.ndarray, half: bool) -> tuple[np.ndarray, Any]:
         """gonio's nodes [degrees], rising, and the file's numbers of them; `half` a circle becomes 0 to 180."""
-        x, backwards = self.of_file(nodes), slice(None, None, -1)
-        if half and self.name in HALVED and (x[0] >= 180.0 or x[-1] <= 0.0):
-            return (360.0 if x[0] >= 180.0 else 0.0) - self.shift - nodes[backwards], backwards
-        return (x[backwards], backwards) if self.sign < 0.0 else (x, slice(None))
+        x = self.of_file(nodes)
+        if half and self.name in HALVED and (min(x[0], x[-1]) >= 180.0 or max(x[0], x[-1]) <= 0.0):
+            x = (360.0 if x[-1] >= 180.0 else 0.0) - self.shift - self.sign * nodes
+        order = slice(None, None, -1) if x[-1] < x[0] else slice(None)
+        return x[order], order
 
     def written(self, nodes: np.ndarray, half: bool, decimals: int) -> tuple[np.ndarray, Any]:
         """The inverse: the file's nodes, and gonio's numbers of them."""
+        mirrored = half and self.name in HALVED and (self.sign * (nodes - self.shift)).min() < 0.0
         order: Any = slice(None)
-        if self.sign < 0.0 or (half and self.name in HALVED and nodes[0] < self.shift):
+        if (self.sign < 0.0) != mirrored:
             order = slice(None, None, -1)
             nodes = (self.shift if self.sign < 0.0 else 360.0 - self.shift) - nodes[order]
         elif self.shift:
-            nodes = nodes - self.shift
+            nodes = nodes + self.shift if mirrored else nodes - self.shift
         nodes = np.round(nodes, decimals) if self.shift else nodes
         if self.around and (nodes[0] < 0.0 or nodes[-1] > 360.0):
-            nodes, order = np.unique(np.mod(nodes, 360.0), return_index=True)
+            whence = np.arange(len(nodes))[order]
+            nodes, first = np.unique(np.mod(nodes, 360.0), return_index=True)
+            order = whence[first]
         return np.round(nodes, decimals) if self.shift else nodes, order
 
 
@@ -92,7 +97,14 @@ class Layout(NamedTuple):
     def grid(self, oriented: bool) -> dict[str, Axis]:
         """Those that tables have, in their order."""
         by_name = {axis.name: (word, axis) for word, axis in self.of(oriented).items()}
-        return dict(by_name[name] for name in SYSTEMS[self.system].axes(oriented))
+        names = angle_system(self.system).axes(oriented)
+        if not {*names} <= {*by_name}:
+            kind, own = "anisotropic" if oriented else "isotropic", [name for name in by_name if name != CHANNEL.name]
+            raise ParameterError(
+                f"{kind} tables have the angles {', '.join(names)}, and files of this format {', '.join(own)}; write "
+                f"another material, or another format"
+            )
+        return dict(by_name[name] for name in names)
 
     def order(self, oriented: bool) -> list[int]:
         """The numbers of the file's axes as tables have them: `grid`, those that the file alone has, the channel."""

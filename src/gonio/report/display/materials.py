@@ -78,17 +78,8 @@ def _summary(thing: Any) -> str:
 
 
 def _in_words(about: dict[str, Any]) -> str:
-    """Channels, places of a map, sides, the delta lobe, and the laws that it may break."""
-    parts = [f"channels {words.channels(about)}"]
-    if "places" in about:
-        parts.append(f"a map of {words.places(about)}")
-    if "sides" in about:
-        parts.append(words.sides(about))
-    if about["has_delta"]:
-        parts.append("has a delta lobe")
-    if about["breaks"]:
-        parts.append(f"may break: {', '.join(about['breaks'])}")
-    return "; ".join(parts)
+    """What is said of every material."""
+    return "; ".join(f"{name} {text}".strip() for name, text in words.optics(about))
 
 
 def _parameters(about: dict[str, Any]) -> str:

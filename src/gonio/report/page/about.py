@@ -53,10 +53,8 @@ def what(its: Told) -> str:
     if "format" in f:
         held = ((name, text) for name, text in words.contents(f) if name != "repaired")
         rows += [("format", escape(f["format"])), *((typeset(name), marked(text)) for name, text in held)]
-    rows.append(("channels", escape(words.channels(f))))
+    rows += ((typeset(name), marked(text)) for name, text in words.optics(f))
     rows.append(("turned about the normal", "the same (isotropic)" if one["isotropic"] else "differs (anisotropic)"))
-    if "fluorescence" in f:
-        rows.append(("fluorescence", escape(f["fluorescence"])))
     parts = [table(("", ""), rows, kind="facts")]
     if f["parameters"]:
         cells = [
