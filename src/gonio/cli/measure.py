@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import os
 from pathlib import Path
 from typing import Any
@@ -32,7 +33,7 @@ def measure(surface: str, output: Path, facet: str, as_json: bool, asked: Asked)
 
     \b
     Examples:
-      gonio measure "gaussian(0.3)" -o rough.csv --theta 0,30,60
+      gonio measure "gaussian(0.3)" -o rough.csv --theta-i 0,30,60
       gonio measure profile.npy --pixel 0.5 --facet gold -o gold.csv
     """
     from ..formats import save, target, writer
@@ -74,7 +75,8 @@ def surface_of(text: str) -> Any:
     try:
         return getattr(surfaces, name)(*values, **keywords)
     except TypeError as error:
-        raise ParameterError(f"{text!r:.90}: {error}") from None
+        arguments = ", ".join(inspect.signature(getattr(surfaces, name)).parameters)
+        raise ParameterError(f"{text!r:.90}: {error}; expected some of {arguments}") from None
 
 
 def _map(path: str, asked: Asked) -> Any:
