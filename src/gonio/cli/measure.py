@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import math
 import os
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,11 @@ from typing import Any
 import click
 import numpy as np
 
+from ..declared.arguments import Declared
+from ..declared.typed import is_number
 from ..errors import ExpressionError, NotFoundError, ParameterError, suggestion, visible
 from ..facts.public import public
-from .command import Asked, command
+from .command import Asked, command, option
 from .options import json_option, output_option
 from .terminal import bar, echo, print_json
 
@@ -23,7 +26,7 @@ from .terminal import bar, echo, print_json
 )
 @click.argument("surface", metavar="SURFACE")
 @output_option("File to write, in the format of its suffix.")
-@click.option("--facet", default="1", show_default=True, help="Facets: the reflectance of mirrors, or a MATERIAL.")
+@option("--facet", means=Declared("facets: the reflectance of mirrors, or a MATERIAL"), default="1")
 @json_option
 def measure(surface: str, output: Path, facet: str, as_json: bool, asked: Asked) -> None:
     """Measure a surface that is described by its shape, with rays: the virtual gonioreflectometer.
@@ -91,10 +94,7 @@ def _map(path: str, asked: Asked) -> Any:
 def _facet(text: str) -> Any:
     from .arguments import resolve
 
-    try:
-        return float(text)
-    except ValueError:
-        return resolve(text)
+    return float(text) if is_number(text) and math.isfinite(float(text)) else resolve(text)
 
 
 def _as_json(m: Any) -> dict[str, Any]:

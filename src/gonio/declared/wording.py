@@ -10,6 +10,7 @@ import typing
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from fractions import Fraction
+from operator import ge, le
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any
@@ -95,20 +96,20 @@ def bounds(d: Declared) -> str:
 
 def _between(d: Declared) -> str:
     low, high = d.low, d.high
-    lowest = "" if low == -math.inf else " above 0" if low == ABOVE_ZERO else f" from {_number(low, d.unit)}"
-    highest = f" below {_number(BELOW[high], d.unit)}" if high in BELOW else f" to {_number(high, d.unit)}"
+    lowest = "" if low == -math.inf else " above 0" if low == ABOVE_ZERO else f" from {_number(low, d.unit, ge)}"
+    highest = f" below {_number(BELOW[high], d.unit, le)}" if high in BELOW else f" to {_number(high, d.unit, le)}"
     highest = "" if high == math.inf else highest
     return lowest + (f" up{highest}" if highest and lowest in ("", " above 0") else highest)
 
 
-def _number(x: float, unit: str) -> str:
-    """A bound, not rounded: who types what is written is within; parts of pi by its name."""
+def _number(x: float, unit: str, is_within: Callable[[float, float], bool]) -> str:
+    """A bound, rounded only to what is within, for those who type what is written; parts of pi by its name."""
     part = Fraction(x / math.pi).limit_denominator(36) if unit == "rad" else Fraction(0)
     if part and math.isclose(part * math.pi, x, rel_tol=1e-14):
         times = {1: "", -1: "-"}.get(part.numerator, f"{part.numerator} ")
         return f"{times}pi{'' if part.denominator == 1 else f'/{part.denominator}'}"
-    known = (text for text in (f"{x:g}", f"{x:.12g}") if float(text) == x and not isinstance(x, int))
-    return next(known, f"{x}")
+    rounded = () if isinstance(x, int) else (f"{x:g}", f"{x:.12g}")
+    return next((text for text in rounded if is_within(float(text), x)), f"{x}")
 
 
 def as_typed(value: Any, unit: str = "") -> str:
@@ -138,9 +139,9 @@ def advised(kind: Any, value: Any) -> str:
 
 def suspected(value: Any, d: Declared) -> str:
     """What a value beyond its bounds may have been meant as: another word, degrees for radians, percent for a share."""
-    if d.words and isinstance(value, str):
-        return suggestion(value[:60], list(map(str, d.words)))
     with suppress(*UNFIT):
+        if d.words:
+            return suspected_text(",".join(items(value)), d)
         for number in map(float, items(value)):
             if d.unit == "rad" and max(1.0, 1.001 * d.high) < abs(number) <= 360.0:
                 return f"; in degrees? numpy.radians({number:g}) = {math.radians(number):.4g}"

@@ -110,7 +110,10 @@ def _share(fraction: Any) -> Any:
     """A share as an array of its library; -1, which is none, for what is no number."""
     try:
         lib = ops.library_of_type(type(fraction))
-        return fraction if lib is not None and lib.name != "numpy" else np.asarray(ops.numbers(fraction), dtype=float)
+        if lib is not None and lib.name != "numpy":
+            return fraction
+        numbers = ops.numbers(fraction)
+        return np.array(-1.0) if numbers.dtype.kind == "b" else np.asarray(numbers, dtype=float)
     except ValueError:
         return np.array(-1.0)
 
