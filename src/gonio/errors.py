@@ -35,7 +35,8 @@ def shown(value: object) -> str:
     try:
         return f"{' '.join(repr(value[:60] if isinstance(value, (list, tuple)) else value).split()):.60}"
     except REFUSALS:  # an integer of 5000 digits; a list in a list in a list ...; objects of others
-        return f"a {type(value).__name__}"
+        kind = type(value).__name__
+        return f"{'an' if kind[:1] in 'aeiouAEIOU' else 'a'} {kind}"
 
 
 class Error(Exception):

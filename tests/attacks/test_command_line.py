@@ -433,5 +433,5 @@ def test_tables_and_datasets_check_their_resolution_too(resolution):
 def test_resolution_on_the_command_line(run, tmp_path, words):
     """What cannot be done is one line and exit code 2. (D18)"""
     result = run("convert", "Lambertian(0.5)", *words.split())
-    assert result.exit_code == 2 and LINE.fullmatch(result.stderr) and "resolution=" in result.stderr, result.stderr
+    assert result.exit_code == 2 and LINE.fullmatch(result.stderr) and "resolution" in result.stderr, result.stderr
     assert list(tmp_path.iterdir()) == []

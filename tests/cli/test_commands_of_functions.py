@@ -7,11 +7,14 @@ import inspect
 import json
 import math
 import re
+import shlex
 import sys
 import textwrap
+import typing
 from types import ModuleType
 from typing import Annotated
 
+import click
 import numpy as np
 import pytest
 from click import Context
@@ -21,7 +24,8 @@ import gonio as gn
 from gonio.cli.command import Command, Typed
 from gonio.cli.commands import cli
 from gonio.declared.arguments import Argument, Declared, arguments, checked
-from gonio.facts.public import forms
+from gonio.errors import ParameterError
+from gonio.facts.public import forms, function_of
 
 PAINT = "Lambertian(0.3) + Microfacet(GGX(0.2))"
 COMMANDS = sorted(cli.commands)
@@ -95,8 +99,21 @@ WRONG = [
     ("render gold -o a.png --shape cube", "--shape 'cube': expected one of 'cylinder'"),
     ("convert gold a.bsdf --format rgk", "--format 'rgk': expected one of"),
     ("black-sky-albedo gold 95", "THETA '95': expected numbers from 0 to 90 degrees: polar angle of the sun"),
-    ("fate gold 45", "WI '45': expected a unit vector, typed as its polar angle and azimuth in degrees, such as 45,0"),
+    ("fate gold 45", "WI '45': expected a polar angle and azimuth in degrees, such as 45,0"),
     ("check --all --laws energy", "--laws: does nothing beside --all"),
+    ("check gold --laws energie", "--laws 'energie': expected some of positivity"),
+    ("fit gold --by alphy", "--by 'alphy': expected some of 0.rho"),
+    ("fit gold --select lobs", "--select 'lobs': expected one of lobes"),
+    ("albedo gold -k nan", "-k 'nan': expected a number above 0"),
+    ("albedo gold --uncertainty common,chanel", "expected some of 'independent', 'common', 'channel'"),
+    ("plan gold 3 --seed 9223372036854775808", "from 0 to 9223372036854775807: of the random numbers"),
+    ("plan gold 3 --floor -1", "--floor '-1': expected a number from 0 [1/sr]"),
+    ("render gold -o a.png --bands 0,1", "--bands '0,1': expected three channels"),
+    ("convert gold a.csv --resolution 1,2", "--resolution '1,2': expected 3 or 4 whole numbers"),
+    ("convert gold a.txt --format pab-opto --option incident=x,0", "from -2880 to 2880 degrees"),
+    ("measure v_grooves(0.3) -o a.csv --phi-i -10", "--phi-i '-10': expected numbers from 0 to 360 degrees"),
+    ("measure gaussian(0.3,sed=1) -o a.csv", "'sed'; expected some of alpha_x"),
+    ("white-sky-albed gold", "'white-sky-albedo'"),
 ]
 
 
@@ -105,6 +122,65 @@ def test_a_wrong_value_is_told_as_it_was_typed(words, said, tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(cli, words.split())
     assert done.exit_code == 2 and said in done.stderr and done.stderr.count("\n") == 1 and not done.stdout
+
+
+def typed_in(name: str) -> list[click.Parameter]:
+    """The parameters of a command whose values are declared."""
+    command = cli.get_command(click.Context(cli), name)
+    return [p for p in command.get_params(click.Context(command)) if isinstance(p.type, Typed)]
+
+
+FUNCTIONS = [name.replace("_", "-") for name in gn.__all__ if function_of(name)]
+
+
+@pytest.mark.parametrize("name", sorted({*COMMANDS, *FUNCTIONS}))
+def test_every_option_is_told_as_it_was_typed(name):
+    for parameter in typed_in(name):
+        shown = parameter.human_readable_name if isinstance(parameter, click.Argument) else parameter.opts[-1]
+        kind = parameter.type
+        if not kind.declared.unit and Any in kind.kinds:  # takes any text
+            continue
+        with pytest.raises(ParameterError) as error:
+            kind.convert("a\0b", parameter, None)
+        words = str(error.value)
+        assert words.startswith(f"{shown} 'a\\x00b'") and kind.declared.doc in words
+        assert not re.search(r"`\w+`", words), "an argument by its name in Python"
+        assert f": expected {kind.argument.expected_typed}: " in words
+        if kind.argument.default is None:
+            assert kind.convert("none", parameter, None) is None
+
+
+def declared_arguments() -> list[Argument]:
+    """Those of public functions, readers and writers."""
+    surfaces = [getattr(gn.surfaces, name) for name in gn.surfaces.__all__]
+    public = [getattr(gn, name) for name in gn.__all__ if inspect.isfunction(getattr(gn, name))]
+    formats = [x for module in gn.formats().values() for x in (module.read, getattr(module, "write", None)) if x]
+    return [a for function in (*public, *surfaces, *formats, gn.Goniometer) for a in arguments(function).values()]
+
+
+def test_bounds_are_within_when_they_are_typed_as_they_are_written():
+    tried = 0
+    for argument in declared_arguments():
+        kind, declared = argument.kinds[0], argument.declared
+        inner = typing.get_args(kind)
+        count = declared.lengths[0] if declared.lengths else max(len(inner), 1)
+        if declared.words or "tuple" in str(inner) or len({*inner}) > 1:
+            continue
+        for bound in re.findall(r"(?:from|to) ([^ %,]+)", argument.expected_typed):
+            argument.checked_text(",".join([bound] * count), "")
+            tried += 1
+        for bound in re.findall(r"(?:from|to) ([-.e+\d]*(?: ?pi(?:/\d+)?)?)", argument.expected):
+            value = eval(bound.replace(" pi", "*pi").replace("-pi", "-1*pi"), {"pi": math.pi})
+            argument.checked([value] * count if count > 1 else value)
+    assert tried > 150
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_examples_of_the_help_are_commands(name):
+    for example in re.findall(rf"^ +gonio ({name} .*)$", told(name, columns=200), re.MULTILINE):
+        words = shlex.split(example.partition("  ")[0])[1:]
+        command = cli.commands[name]
+        command.make_context(name, [word for word in words if word != ">>"][: None if ">>" not in words else 1])
 
 
 @pytest.mark.filterwarnings("default::gonio.errors.MeaningWarning")

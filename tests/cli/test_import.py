@@ -85,7 +85,7 @@ def test_every_command_reads_with_options(run, tmp_path, monkeypatch, one_probe)
     ("command", "says"),
     [
         ("import nothing.csv", "no such file"),
-        ("import scan.csv -O skip=two", "skip='two': expected a whole number from 0"),
+        ("import scan.csv -O skip=two", "-O 'skip=two': expected a whole number from 0"),
         ("import scan.csv -O skip", "expected name=value"),
         ("import scan.csv -O skip=1 -O skip=2", "skip is given twice"),
         ("import scan.csv -O columns.=1", "expected name=value"),

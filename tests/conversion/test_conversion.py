@@ -191,7 +191,7 @@ def test_options_of_the_command_line_are_read():
         of_texts(rgl, "write", ["resolution"])
     with pytest.raises(ParameterError, match="resolution is given twice"):
         of_texts(rgl, "write", ["resolution=8", "resolution=9"])
-    with pytest.raises(ParameterError, match="phi_d='18_0': expected 180 or 360"):
+    with pytest.raises(ParameterError, match="--option 'phi_d=18_0': expected 180 or 360"):
         of_texts(merl, "write", ["phi_d=18_0"])
     with pytest.raises(ParameterError, match="no option to write MERL files; expected one of phi_d"):
         of_texts(merl, "write", ["resolution=3,4"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import re
+import shlex
 import types
 import typing
 from collections.abc import Sequence
@@ -117,9 +118,19 @@ def test_bad_values_are_parameter_errors(name, tmp_path):
                     gn.load(file, **{option.name: value})
                 else:
                     gn.save(gn.Lambertian(0.5), file, name, **{option.name: value})
-            assert "expected" in str(error.value) and f"`gonio formats {name}`" in str(error.value), value
+            assert "expected" in str(error.value) and f"`gonio formats {shlex.quote(name)}`" in str(error.value), value
             assert len(str(error.value)) < 1200
         assert does == "read" or not list(folder.iterdir())
+
+
+@every(case=CASES)
+def test_bad_texts_are_told_as_they_were_typed(case):
+    does, name, option = case
+    flag = {"read": "-O", "write": "--option"}[does]
+    for text, says in ((f"{option.name}=a\0b", ": expected "), (f"{option.name}x=1", "; did you mean '")):
+        with pytest.raises(ParameterError, match=re.escape(f"{flag} {text!r}")) as error:
+            of_texts(MODULES[name], does, [text])
+        assert says in str(error.value)
 
 
 @every(case=CASES)
@@ -295,19 +306,19 @@ def run(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ("a.txt --format fred --option step=0", "step=0.0: expected a number from 0.001 to 90 degrees"),
-        ("a.txt --format fred --option step=nan", "step=nan: expected"),
-        ("a.txt --format fred --option step=1,2", "step='1,2': expected"),
+        ("a.txt --format fred --option step=0", "--option 'step=0': expected a number from 0.001 to 90 degrees"),
+        ("a.txt --format fred --option step=nan", "--option 'step=nan': 'nan' is no angle"),
+        ("a.txt --format fred --option step=1,2", "--option 'step=1,2': expected"),
         ("a.txt --format fred --option theta_i=30,0", "rising"),
         ("a.txt --format fred --option resolution=3", "no option to write FRED files"),
         ("a.binary --option phi_d=90", "expected 180 or 360"),
-        ("a.binary --option phi_d=none", "phi_d='none'"),
-        ("a.ssdd --option binary=2", "binary='2': expected True or False"),
+        ("a.binary --option phi_d=none", "--option 'phi_d=none': expected"),
+        ("a.ssdd --option binary=2", "--option 'binary=2': expected True or False"),
         ("a.ssdd --resolution 4,4", "expected 3 or 4 whole numbers from 1"),
         ("a.xml --option tree=5", "expected 3 or 4"),
-        ("a.bsdf --format scatfun --option nodes=1e9", "nodes='1e9': expected a whole number from 4 to 2048"),
-        ("a.brdf --format bird --option metadata=x", "metadata='x': expected a JSON object"),
-        ("a.brdf --format bird --option metadata=[1]", "metadata=[1]: expected a JSON object"),
+        ("a.bsdf --format scatfun --option nodes=1e9", "--option 'nodes=1e9': expected a whole number from 4 to 2048"),
+        ("a.brdf --format bird --option metadata=x", "--option 'metadata=x': expected a JSON object"),
+        ("a.brdf --format bird --option metadata=[1]", "--option 'metadata=[1]': expected a JSON object"),
         ("a.nc --option parameterisation=polar", "expected one of 'angles'"),
         ("a.nc --option parameterisation=angles --option parameterisation=angles", "given twice"),
         ("a.nc --resolution 4,4,4 --option resolution=4,4,4", "given twice"),

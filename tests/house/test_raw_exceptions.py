@@ -116,7 +116,7 @@ TABLE = [
     ("gn.roughness.alpha_from_perceptual('rough')", "roughness='rough'"),
     ("gn.roughness.alphas_from_disney([0.1, 0.2], [0.1, 0.2, 0.3])", "shapes must broadcast"),
     ("gn.radiometry.solid_angle_cone(None)", "half_angle=None: a NoneType, which is no real number"),
-    ("gn.radiometry.convert_spectral(1.0, 500.0, [1], 'wavelength')", "convert_spectral(source=[1]): expected a word"),
+    ("gn.radiometry.convert_spectral(1.0, 500.0, [1], 'wavelength')", "convert_spectral(source=[1]): expected one of"),
     ("gn.Lambertian(np.random.default_rng(1))", "a Generator; expected a number or an array"),
     ("gn.Lambertian(hostile)", "a Hostile; expected a number or an array"),
     ("matte / np.array(['a'])", "a reflectance divided by"),

@@ -693,7 +693,7 @@ BAD = {
     "width": (
         lambda: rad.solid_angle_latlong_pixel(0.0, 1.0, 7.0),
         ParameterError,
-        "width=7: expected numbers from 0 to 6.28319 rad",
+        "width=7: expected numbers from 0 to 2 pi rad",
     ),
     "negative angle": (
         lambda: rad.projected_solid_angle_cone(-1e-9),
@@ -736,10 +736,14 @@ BAD = {
     "quantity": (
         lambda: rad.convert_reflectance(1.0, "brf", "brdf"),
         ParameterError,
-        "one of brdf, .*got 'brf'",
+        "source='brf'.: expected one of 'brdf', .*did you mean 'brdf'",
     ),
     "no cosine": (lambda: rad.convert_reflectance(1.0, "dsf", "brdf"), ParameterError, "pass cos_theta_o="),
-    "density": (lambda: rad.convert_spectral(1, 500, "wavelength", "energy"), ParameterError, "got 'energy'"),
+    "density": (
+        lambda: rad.convert_spectral(1, 500, "wavelength", "energy"),
+        ParameterError,
+        "target='energy'.: expected one of 'wavelength'",
+    ),
     "pixels": (
         lambda: rad.latlong_pixels(0, 3),
         ParameterError,

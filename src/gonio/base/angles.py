@@ -127,7 +127,7 @@ def numbers_of(name: str, angle: Any) -> Any:
         numbers = ops.plain(angle)
         if isinstance(numbers, np.ndarray):
             numbers = ops.numbers(numbers)
-        elif isinstance(numbers, (int, float)):
+        elif isinstance(numbers, (int, float)) and not isinstance(numbers, bool):
             numbers = float(numbers)
         if isinstance(numbers, (float, np.ndarray)):
             if np.isinf(numbers).any():

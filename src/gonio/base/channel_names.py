@@ -267,7 +267,7 @@ def _place(known: Sequence[Any], wanted: Any, named: bool) -> int:
         nearest = int(np.argmin(np.abs(np.asarray(known, float) - float(wanted))))
         if abs(known[nearest] - float(wanted)) <= NEAREST:
             return nearest
-    what = "channels are" if named else "channels have no names (m.with_channels), and are called by their numbers"
+    what = "expected one of the channels" if named else "channels have no names; expected one of their numbers,"
     listed = few(map(str, known)) if isinstance(known[0], str) else f"{known[0]:g} to {known[-1]:g}"
     hint = suggestion(wanted, [x for x in known if isinstance(x, str)]) if isinstance(wanted, str) else ""
     raise NotFoundError(f"{shown(wanted)}: no such channel{hint}; {what} {listed}{' nm' if number and named else ''}")

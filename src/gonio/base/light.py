@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import with_channels
-from ..errors import ParameterError, TraceError
+from ..errors import ParameterError, TraceError, shown
 from ..evaluate import batch
 from ..evaluate.tracing import traced
 from ..formula.direction import Direction
@@ -208,7 +208,7 @@ class Light(Parametrised):
         except (TypeError, ValueError):
             lengths = np.zeros(0)
         if lengths.shape != (3,) or not np.isfinite(lengths).all():
-            raise ParameterError(f"moved(by={by!r:.60}): expected three lengths [m] along x, y and z")
+            raise ParameterError(f"moved(by={shown(by)}): expected three lengths [m] along x, y and z")
         return self._moved(tuple(lengths.tolist()))
 
     def _moved(self, by: Sequence[float]) -> Light:

@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import ops
 from ..arrays.labels import is_named
 from ..declared.notebooks import repr_html, repr_png
-from ..errors import ArrayTypeError, ParameterError, TooLargeError
+from ..errors import ArrayTypeError, ParameterError, TooLargeError, shown
 from ..evaluate import batch
 from ..formula.direction import Direction
 from ..formula.fields import param, part
@@ -178,7 +178,7 @@ class Reflectance(Calls, Fluorescent):
         except MemoryError:
             raise TooLargeError("a reflectance divided by an array that does not fit into memory") from None
         except (TypeError, ValueError) as error:
-            raise ArrayTypeError(f"a reflectance divided by {number!r:.60}: {error}") from None
+            raise ArrayTypeError(f"a reflectance divided by {shown(number)}: {error}") from None
 
     __array_ufunc__ = None  # np.float64(0.4) * m is ours to compute
     __pandas_priority__ = 5000  # and so is Series * m, whose own is 3000
@@ -280,7 +280,9 @@ class Sum(Reflectance):
 
     def __init__(self, *terms: Reflectance, wavelengths: Any = None):
         if not terms or not all(isinstance(t, Reflectance) for t in terms):
-            raise ParameterError(f"Sum{terms!r:.60}: expected at least one reflectance and nothing else")
+            raise ParameterError(
+                f"Sum({', '.join(map(shown, terms[:3]))}): expected at least one reflectance and nothing else"
+            )
         fields = {str(i): part(Reflectance, None, f"term {i}", sides="any") for i in range(len(terms))}
         for name, field in fields.items():
             field.name = name

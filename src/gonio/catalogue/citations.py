@@ -18,7 +18,7 @@ from ..base.measured import Measured
 from ..base.provenance import formats_read
 from ..base.reflectance import Reflectance, Scaled, Sum
 from ..declared.discover import docstring
-from ..errors import NotFoundError, ParameterError
+from ..errors import NotFoundError, ParameterError, shown
 from ..formats import formats
 from ..formula.fields import CLASSES
 from ..formula.parametrised import Parametrised
@@ -58,7 +58,7 @@ def _named(m: Any) -> Iterator[tuple[str, str]]:
     elif isinstance(m, Parametrised):
         yield from _sources(m)
     else:
-        raise ParameterError(f"cite({m!r:.60}): expected a material, or the name of one")
+        raise ParameterError(f"cite({shown(m)}): expected a material, or the name of one")
 
 
 def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import click
-
+from ..declared.arguments import ABOVE_ZERO, Declared
 from ..facts.public import public
-from .command import Asked, command
+from .command import Asked, command, option
 from .options import Material, json_option, material_argument
 from .tables import table
 from .terminal import echo, print_json
@@ -17,7 +16,7 @@ from .terminal import echo, print_json
 @command("facts.albedos.albedos", "with_uncertainty", short_help="Quote the albedo of MATERIAL, with its uncertainty.")
 @material_argument
 @json_option
-@click.option("-k", "factor", metavar="X", default=1.0, help="Coverage factor of what is printed.  [default: 1]")
+@option("-k", "factor", kind=float, means=Declared("coverage factor of what is printed", ABOVE_ZERO, 1e3), default=1.0)
 def albedo(material: Material, as_json: bool, factor: float, asked: Asked) -> None:
     """Quote the albedo of MATERIAL: its directional-hemispherical reflectance, by angle of incidence and channel.
 

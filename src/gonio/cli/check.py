@@ -50,7 +50,9 @@ class _WithLaws(Command):
 )
 @reading_option
 @json_option
-@click.option("--plot", type=click.Path(path_type=Path), help="Figure to write that explains: .png, .pdf or .svg.")
+@click.option(
+    "--plot", metavar="FILE", type=click.Path(path_type=Path), help="Figure to write that explains: .png, .pdf or .svg."
+)
 @click.option("--sampling", is_flag=True, help="Say also how well sampling does, by angle of view and lobe.")
 @click.option("--all", "every", is_flag=True, help="Check every model instead, and print one table.")
 @click.pass_context

@@ -26,20 +26,23 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from ..declared.arguments import ABOVE_ZERO, BELOW, Argument, arguments
-from ..declared.typed import all_in_degrees, suspect_radians
-from ..errors import Error, MeaningWarning, ParameterError, suggestion, warn
+from ..declared.arguments import ABOVE_ZERO, BELOW, Argument, Declared, arguments
+from ..declared.typed import all_in_degrees, is_number, suspect_radians
+from ..errors import Error, MeaningWarning, ParameterError, warn
 from ..facts.public import public
 from . import completion
 
 METAVARS = {bool: "BOOL", int: "N", float: "X", str: "TEXT"}
 """Kinds of values -> how the help calls one of them."""
 
+UNITS = {"rad": "ANGLE", "share": "PERCENT", "direction": "THETA,PHI"}
+"""Units of values -> how the help calls one of them."""
+
 LONGEST = 24
 """Characters of words that the help lists in the place of a value."""
 
-FAINT = 0.1
-"""A share [%] without its sign below which it is told that it was taken in %."""
+FAINT, FAINT_PART = 0.1, 1.0
+"""Shares [%] without their sign below which it is told that they were taken in %: any, and those that may be all."""
 
 COMPLETED = {"format": completion.formats}
 """Declared arguments -> what the shell completes them by; words and files complete themselves."""
@@ -55,8 +58,9 @@ class Typed(click.ParamType):
     name = "value"
 
     def __init__(self, argument: Argument):
-        self.argument = argument
-        self.declared = argument.declared
+        doc = _NAMED.sub(lambda found: _option_of(found[1]), argument.declared.doc)
+        self.declared = argument.declared._replace(doc=doc)
+        self.argument = argument._replace(declared=self.declared)
         self.kinds = [kind for of in argument.kinds for kind in _flat(of)]
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
@@ -72,8 +76,8 @@ class Typed(click.ParamType):
         return next((name for kind in self.kinds if (name := self._one(kind)) != "VALUE"), "VALUE")
 
     def _one(self, kind: Any) -> str:
-        if kind in (float, Any) and self.declared.unit in ("rad", "share"):
-            return "ANGLE" if self.declared.unit == "rad" else "PERCENT"
+        if kind in (float, Any) and self.declared.unit in UNITS:
+            return UNITS[self.declared.unit]
         return "FILE" if self.is_path else "WORD" if self.declared.words else METAVARS.get(kind, "VALUE")
 
     @property
@@ -90,42 +94,31 @@ class Typed(click.ParamType):
         first = d.doc[0] if re.split(r"\W", d.doc)[0] in d.words else d.doc[0].upper()
         return f"{first}{d.doc[1:]}{unit}.{words}"
 
+    def settings(self, usual: str, multiple: bool = False) -> dict[str, Any]:
+        """Those of the option that takes it; its help says the default."""
+        told = f"{self.help()}{' May be repeated.' * multiple}{f'  [default: {usual}]' if usual else ''}"
+        return {"type": self, "help": told, "multiple": multiple}
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The value of the text that was typed, in the unit of Python."""
         if not isinstance(value, str):
             return value
         option = _shown(param)
+        given = f"{option} {value!r:.60}"
         if param is not None and ctx is not None:
-            ctx.meta.setdefault(TYPED, {})[param.name] = f"{option} {value!r:.60}"
-        found = self.argument.of_text(value)
-        try:
-            found = self.argument.checked(found)
-        except ParameterError:
-            words = {str(word).lower(): str(word) for word in self.declared.words}
-            wrong = [part.strip() for part in value[:60].lower().split(",") if part.strip() not in words]
-            known = suggestion(wrong[0], [*words.values()]) if words and wrong else ""
-            rule = f"expected {self.argument.expected_typed}: {self.declared.doc}{known}"
-            raise ParameterError(f"{option} {value!r:.60}{self._taken(value)}: {rule}") from None
-        self._suspect(option, value)
+            ctx.meta.setdefault(TYPED, {})[param.name] = given
+        found = self.argument.checked_text(value, given)
+        if found is not None:
+            self._suspect(option, value)
         return found
-
-    def _taken(self, text: str) -> str:
-        """What an angle was taken for, where it has a unit; or why it is none."""
-        if self.declared.unit != "rad":
-            return ""
-        try:
-            degrees = all_in_degrees(text)
-        except ParameterError as error:
-            return f": {error}"
-        has_unit = any(mark in text.lower() for mark in ("d", "°"))
-        return f", which is {', '.join(f'{x:.5g}°' for x in degrees)[:60]}" if has_unit else ""
 
     def _suspect(self, option: str, text: str) -> None:
         """Warn of polar angles that look like radians, of percents that look like shares."""
         d = self.declared
         if d.unit == "rad" and d.low in (0.0, ABOVE_ZERO) and BELOW.get(d.high, d.high) == 0.5 * math.pi:
             suspect_radians(option, text, all_in_degrees(text))
-        if d.unit == "share" and "%" not in text and 0.0 < float(text) < FAINT:
+        faint = FAINT_PART if d.high == 1.0 else FAINT
+        if d.unit == "share" and is_number(text) and 0.0 < float(text) < faint:
             share = f"a share of 1? write {100.0 * float(text):g}%, and to be rid of this {text}%"
             warn(f"{option} {text}: taken as {text} %; {share}", MeaningWarning)
 
@@ -150,6 +143,23 @@ def _flat(kind: Any) -> tuple[Any, ...]:
     """The kinds of `A | B`, without what is declared of them."""
     kind = typing.get_args(kind)[0] if hasattr(kind, "__metadata__") else kind
     return typing.get_args(kind) if typing.get_origin(kind) in (UnionType, typing.Union) else (kind,)
+
+
+def _option_of(name: str, negative: str = "") -> str:
+    """The option for an argument: --theta-i, --no-fits, -k."""
+    return f"--{negative}{name.replace('_', '-')}" if len(name) > 1 else f"-{name}"
+
+
+_NAMED = re.compile(r"`(\w+)`")
+"""An argument that what another one means speaks of."""
+
+
+def option(
+    *names: str, kind: Any = str, means: Declared, default: Any = None, **settings: Any
+) -> Callable[[Callable], Callable]:
+    """An option of a command alone, declared as arguments of functions are: `option("-k", "factor", ...)`."""
+    argument = Argument(names[-1].lstrip("-"), (kind,), default, means)
+    return click.option(*names, **Typed(argument).settings(argument.usual), default=default, **settings)
 
 
 class Asked:
@@ -218,15 +228,13 @@ class Command(click.Command):
         negative = "no-" if argument.default is True else ""
         names = [*own, name]
         if not any(option.startswith("--") for option in own):
-            names.append(f"--{negative}{name.replace('_', '-')}" if len(name) > 1 else f"-{name}")
-        told = kind.help()
+            names.append(_option_of(name, negative))
         if kind.kinds == [bool]:
+            told = kind.help()
             told = f"Without it {told[0].lower()}{told[1:]}" if negative else told
             return click.Option(names, is_flag=True, flag_value=not negative, default=bool(negative), help=told)
         usual = argument._replace(default=self._usual[name]).usual if name in self._usual else argument.usual
-        told += " May be repeated." if name in self._repeated else ""
-        told += f"  [default: {usual}]" if usual else ""
-        return click.Option(names, type=kind, help=told, multiple=name in self._repeated)
+        return click.Option(names, **kind.settings(usual, multiple=name in self._repeated))
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """The command's own parameters, those of the functions, and --help."""
@@ -258,7 +266,7 @@ class Command(click.Command):
         try:
             return super().invoke(ctx)
         except Error as error:
-            named, rule = re.match(r"(?:\w+\()?(\w+)=", str(error)), str(error).find(": expected")
+            named, rule = re.match(r"(?:\w+\(|--option ')?(\w+)=", str(error)), str(error).find(": expected")
             text = ctx.meta.get(TYPED, {}).get(named[1]) if named else None
             if text is None or rule < 0:
                 raise

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from ..declared.version import __version__
+from ..facts.public import function_of, public
 from . import (
     albedo,
     check,
@@ -51,6 +52,17 @@ class _Gonio(Program):
         from .functions import command_of
 
         return super().get_command(ctx, cmd_name) or command_of(cmd_name)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command of these words, and its own; where there is none, names like it."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.exceptions.NoSuchCommand as error:
+            functions = [name.replace("_", "-") for name in public("__all__") if function_of(name)]
+            known = [*self.commands, *functions]
+            raise click.exceptions.NoSuchCommand(error.command_name, possibilities=known, ctx=ctx) from None
 
 
 @click.group(name="gonio", cls=_Gonio, invoke_without_command=True, context_settings=_SETTINGS)

@@ -8,9 +8,10 @@ from typing import Any
 
 import click
 
+from ..declared.arguments import Declared
 from ..errors import visible
 from . import completion
-from .command import Asked, command
+from .command import Asked, command, option
 from .options import Material, json_option, reading_option, replace_option, since, together
 from .tables import size_in_words, table
 from .terminal import echo, print_json
@@ -22,7 +23,7 @@ from .terminal import echo, print_json
 )
 @click.argument("output", metavar="OUT", type=click.Path(path_type=Path))
 @reading_option
-@click.option("--resolution", metavar="N,N,..", help="Nodes along each axis, of formats that leave a choice.")
+@option("--resolution", means=Declared("nodes along each axis, of formats that leave a choice"), metavar="N,N,..")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="Option of the format; may be repeated.")
 @json_option
 def convert(

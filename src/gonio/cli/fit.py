@@ -9,10 +9,11 @@ from typing import Any
 
 import click
 
+from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..formula.text import listed
 from . import completion, options
-from .command import Asked, command
+from .command import Asked, command, option
 from .options import since
 from .terminal import bar, print_json, say
 
@@ -31,18 +32,19 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
     show_default=True,
     help="Model, as an expression; its numbers are one start.",
 )
-@click.option(
-    "--select",
-    "chosen",
+@option(
+    *("--select", "models"),
+    means=Declared("choose between models instead: lobes, graphics, diffuse, kernels, scatter or all"),
     is_flag=False,
     flag_value="lobes",
     metavar="SET",
-    help="Choose between models instead: lobes, graphics, diffuse, kernels, scatter or all.",
 )
 @options.output_option("File to write the fitted model to, such as fit.json.", required=False)
-@click.option("--plot", type=click.Path(path_type=Path), help="Figure to write: .png, .jpg, .pdf or .svg.")
+@click.option(
+    "--plot", metavar="FILE", type=click.Path(path_type=Path), help="Figure to write: .png, .jpg, .pdf or .svg."
+)
 @options.json_option
-def fit(material: str, model: str, chosen: str | None, output: Path | None, asked: Asked, **own: Any) -> None:
+def fit(material: str, model: str, models: str | None, output: Path | None, asked: Asked, **own: Any) -> None:
     """Fit a model to MATERIAL: its numbers with standard errors, how well it agrees, and where it does not.
 
     Of a folder of measurements every file is fitted, to a table: -o fits.parquet or fits.csv. A Zarr store with f,
@@ -67,9 +69,9 @@ def fit(material: str, model: str, chosen: str | None, output: Path | None, aske
             _fit_map(material, expression(model, files=True), output, asked.of("fit_map_chunks"))
         else:
             asked.refuse_others("of a folder", "fit_many")
-            _fit_folder(material, chosen or [model], output, asked.of("fit_many"))
+            _fit_folder(material, models or [model], output, asked.of("fit_many"))
         return
-    asked.refuse_others(*(("of one material", "fit") if chosen is None else ("beside --select", "select_model")))
+    asked.refuse_others(*(("of one material", "fit") if models is None else ("beside --select", "select_model")))
     plot: Path | None = own["plot"]
     if plot is not None:
         from ..figures._drawing import check_target
@@ -78,9 +80,9 @@ def fit(material: str, model: str, chosen: str | None, output: Path | None, aske
     if output is not None:
         target(writer(output, None), output)
     data = options.Material(material).read()
-    if chosen is not None:
+    if models is not None:
         with bar("fitting") as progress:
-            selection = asked.call("select_model", data, chosen, progress=progress)
+            selection = asked.call("select_model", data, models, progress=progress)
         found = selection.best.fit
         assert found is not None  # the best one has a fit
     else:
@@ -92,9 +94,9 @@ def fit(material: str, model: str, chosen: str | None, output: Path | None, aske
 
         draw(found, plot)
     if own["as_json"]:
-        print_json(found.to_json() if chosen is None else selection.to_json())
+        print_json(found.to_json() if models is None else selection.to_json())
         return
-    if chosen is not None:
+    if models is not None:
         say(f"{selection}\n")
     say(found.report())
     written = [str(path) for path in (output, plot) if path is not None]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import inspect
+import math
 import os
 from pathlib import Path
 from typing import Any
@@ -10,9 +12,11 @@ from typing import Any
 import click
 import numpy as np
 
+from ..declared.arguments import Declared
+from ..declared.typed import is_number
 from ..errors import ExpressionError, NotFoundError, ParameterError, suggestion, visible
 from ..facts.public import public
-from .command import Asked, command
+from .command import Asked, command, option
 from .options import json_option, output_option
 from .terminal import bar, echo, print_json
 
@@ -22,7 +26,7 @@ from .terminal import bar, echo, print_json
 )
 @click.argument("surface", metavar="SURFACE")
 @output_option("File to write, in the format of its suffix.")
-@click.option("--facet", default="1", show_default=True, help="Facets: the reflectance of mirrors, or a MATERIAL.")
+@option("--facet", means=Declared("facets: the reflectance of mirrors, or a MATERIAL"), default="1")
 @json_option
 def measure(surface: str, output: Path, facet: str, as_json: bool, asked: Asked) -> None:
     """Measure a surface that is described by its shape, with rays: the virtual gonioreflectometer.
@@ -32,7 +36,7 @@ def measure(surface: str, output: Path, facet: str, as_json: bool, asked: Asked)
 
     \b
     Examples:
-      gonio measure "gaussian(0.3)" -o rough.csv --theta 0,30,60
+      gonio measure "gaussian(0.3)" -o rough.csv --theta-i 0,30,60
       gonio measure profile.npy --pixel 0.5 --facet gold -o gold.csv
     """
     from ..formats import save, target, writer
@@ -74,7 +78,8 @@ def surface_of(text: str) -> Any:
     try:
         return getattr(surfaces, name)(*values, **keywords)
     except TypeError as error:
-        raise ParameterError(f"{text!r:.90}: {error}") from None
+        arguments = ", ".join(inspect.signature(getattr(surfaces, name)).parameters)
+        raise ParameterError(f"{text!r:.90}: {error}; expected some of {arguments}") from None
 
 
 def _map(path: str, asked: Asked) -> Any:
@@ -89,10 +94,7 @@ def _map(path: str, asked: Asked) -> Any:
 def _facet(text: str) -> Any:
     from .arguments import resolve
 
-    try:
-        return float(text)
-    except ValueError:
-        return resolve(text)
+    return float(text) if is_number(text) and math.isfinite(float(text)) else resolve(text)
 
 
 def _as_json(m: Any) -> dict[str, Any]:

@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from ..declared.arguments import Declared
 from ..declared.discover import docstring
 from ..declared.typed import is_number
 from ..lights._words import DEFAULT, words
+from .command import option
 from .completion import lights, materials
 
 if TYPE_CHECKING:
@@ -112,6 +114,8 @@ material_argument = together(
 )
 """MATERIAL, -p, and the options to read its file with."""
 
+BANDS = "channels shown as red, green and blue, by name or wavelength in nm: nir,red,green; one is shown in gray"
+
 lights_option = click.option(
     "-l",
     "--light",
@@ -125,18 +129,13 @@ lit_options = together(
     "lit",
     Lit,
     lights_option,
-    click.option(
-        "--bands",
-        metavar="RED,GREEN,BLUE",
-        help="Channels shown as red, green and blue, by name or wavelength in nm: nir,red,green; one is shown in gray.",
-    ),
+    option("--bands", means=Declared(BANDS), metavar="RED,GREEN,BLUE"),
 )
-exposure_option = click.option(
+exposure_option = option(
     "--exposure",
-    type=float,
-    metavar="X",
+    kind=float,
+    means=Declared("stops by which what is written is brightened, but for .exr and .hdr", -200.0, 200.0),
     default=0.0,
-    help="Stops by which what is written is brightened, but for .exr and .hdr.  [default: 0]",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 

@@ -9,21 +9,22 @@ from typing import Any, NamedTuple
 
 import click
 
-from ..declared.arguments import Argument, Declared
-from ..declared.typed import is_number
+from ..declared.arguments import Declared
 from ..errors import ParameterError, visible
 from ..facts.public import public
 from . import options
-from .command import Asked, Typed, command
+from .command import Asked, command, option
 from .terminal import bar, echo
+
+Place = tuple[float, float, float]
 
 
 class Stage(NamedTuple):
     """What is around the shape, and the camera, as typed."""
 
     ground: str | None
-    camera: str | None
-    look_at: str | None
+    camera: Place | None
+    look_at: Place | None
     angle: float | None
 
     def read(self) -> dict[str, Any]:
@@ -37,29 +38,23 @@ class Stage(NamedTuple):
                 if value is not None:
                     raise ParameterError(f"{name}: of no camera; expected its place too, --camera 1.5,-3,1.6")
             return None
-        target = _place(self.look_at or "0,0,0", "--look-at")
-        across = math.radians(35.0) if self.angle is None else self.angle
-        return public("Camera")(_place(self.camera, "--camera"), target, field_of_view=across)
+        across = USUAL if self.angle is None else self.angle
+        return public("Camera")(self.camera, self.look_at or (0.0, 0.0, 0.0), field_of_view=across)
 
 
-ACROSS = Declared("across that camera's picture", math.radians(0.01), math.radians(175.0), "rad")
+USUAL = math.radians(35.0)
+ACROSS = Declared("across that camera's picture", math.radians(0.01), math.radians(175.0), "rad", usual=USUAL)
+PLACE = Declared("place of a pinhole camera", usual="far away, along +y, from above where there is --ground")
+LOOK_AT = Declared("what that camera looks at", usual="0,0,0")
 
 
 stage_options = options.together(
     "stage",
     Stage,
     click.option("--ground", metavar="MATERIAL", help="Material of a level plane below, which takes shadows."),
-    click.option(
-        "--camera",
-        metavar="X,Y,Z",
-        help="Place of a pinhole camera.  [default: far away, along +y, from above where there is --ground]",
-    ),
-    click.option("--look-at", metavar="X,Y,Z", help="What that camera looks at.  [default: 0,0,0]"),
-    click.option(
-        "--angle",
-        type=Typed(Argument("angle", (float,), None, ACROSS)),
-        help="Across that camera's picture [degrees].  [default: 35]",
-    ),
+    option("--camera", kind=Place, means=PLACE, metavar="X,Y,Z"),
+    option("--look-at", kind=Place, means=LOOK_AT, metavar="X,Y,Z"),
+    option("--angle", kind=float, means=ACROSS),
 )
 
 
@@ -93,11 +88,3 @@ def render(
     height, width = picture.pixels.shape[:2]
     what = f"{material.title} {lit}, {width} x {height}, {picture.samples} samples per pixel"
     echo(visible(f"{output}: {what}, {options.since(start)}"))
-
-
-def _place(text: str, option: str) -> list[float]:
-    """The three coordinates of an option."""
-    parts = text.split(",")
-    if len(parts) != 3 or not all(is_number(x.strip()) and math.isfinite(float(x)) for x in parts):
-        raise ParameterError(f"{option} {text!r:.60}: expected three finite numbers, such as 1.5,-3,1.6")
-    return [float(x) for x in parts]

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import click
 
+from ..declared.arguments import Declared
 from ..errors import ParameterError, visible
 from . import completion, options
+from .command import option
 from .tables import size_in_words
 from .terminal import bar, echo
 
@@ -20,9 +22,11 @@ SIZE = 5_000_000
 @click.argument("materials", nargs=-1, metavar="[MATERIAL]...", shell_complete=completion.materials)
 @options.reading_option
 @options.replace_option
-@click.option("--port", type=click.IntRange(1024, 65535), help="Port to serve at.  [default: a free one]")
+@option("--port", kind=int, means=Declared("port to serve at", 1024, 65535, usual="a free one"))
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
-@click.option("--export", "page", type=click.Path(path_type=Path), help="Write the page to this file instead.")
+@click.option(
+    "--export", "page", metavar="FILE", type=click.Path(path_type=Path), help="Write the page to this file instead."
+)
 @click.pass_context
 def view(
     ctx: click.Context,

@@ -15,7 +15,7 @@ from functools import cache
 from math import ceil, inf
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ParameterError
+from ..errors import ParameterError, shown
 from . import workers
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def threads(count: int | None = None) -> int:
     """
     if count is not None:
         if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= MOST:
-            raise ParameterError(f"threads({count!r}): expected a whole number from 1 to {MOST}")
+            raise ParameterError(f"threads({shown(count)}): expected a whole number from 1 to {MOST}")
         _COUNT[:] = [count]
     return _COUNT[0] if _COUNT else _from_environment() or _processors()
 

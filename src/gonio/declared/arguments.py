@@ -31,7 +31,7 @@ from .declaration import Declared as Declared
 from .declaration import Numbers as Numbers
 from .declaration import Seed as Seed
 from .values import fit, of_text, scalar_of
-from .wording import advised, as_typed, in_words, suspected, swapped
+from .wording import advised, as_typed, in_words, suspected, suspected_text, swapped, taken
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -52,7 +52,7 @@ class Argument(NamedTuple):
     @property
     def expected_typed(self) -> str:
         """The allowed values in words, in the units of the command line."""
-        return ", or ".join(in_words(kind, self.declared.typed) for kind in self.kinds)
+        return ", or ".join(in_words(kind, self.declared.typed, typed=True) for kind in self.kinds)
 
     @property
     def usual(self) -> str:
@@ -71,34 +71,27 @@ class Argument(NamedTuple):
         known = (int, float, *((Any,) if self.declared.unit else ()))
         return bool(self.words) or all(scalar_of(kind) in known for kind in self.kinds)
 
-    def checked(self, value: Any, advice: str = "", of: str = "") -> Any:
-        """The value, converted. Raises ParameterError, with the call of a function `of` this name."""
+    def checked(self, value: Any, given: str = "", advice: str = "") -> Any:
+        """The value, converted. Raises ParameterError, which begins with what was `given`: "plan(n=0)"."""
         if value is None and self.default is None:
             return None
         for kind in self.kinds:
             with suppress(*UNFIT):
                 return fit(kind, value, self.declared)
+        given = given or f"{self.name}={shown(value)}"
         advice = suspected(value, self.declared) + advice
-        given = f"{of}({self.name}={shown(value)})" if of else f"{self.name}={shown(value)}"
         raise ParameterError(f"{given}: expected {self.expected}: {self.declared.doc}{advice}")
 
-    def of_text(self, text: str) -> Any:
-        """The value typed on the command line; where no kind fits, a value that `checked` refuses."""
+    def checked_text(self, text: str, given: str, advice: str = "") -> Any:
+        """The value of a text; the error begins with what was `given`, "--theta-i '95'", and is in units of people."""
         if text.lower() == "none" and self.default is None:
             return None
-        value: Any = text
-        for kind in self.kinds:
-            with suppress(*UNFIT, ParameterError):
-                value = of_text(kind, text, self.declared)
-                return fit(kind, value, self.declared)
-        return value
-
-    def checked_text(self, text: str, of: str = "") -> Any:
-        """The value of what was typed. Raises ParameterError, in the units of the command line."""
         for kind in self.kinds:
             with suppress(*UNFIT):
                 return fit(kind, of_text(kind, text, self.declared), self.declared)
-        raise ParameterError(f"{of or self.name} {text!r:.60}: expected {self.expected_typed}: {self.declared.doc}")
+        advice = suspected_text(text, self.declared) + advice
+        given += taken(text, self.declared)
+        raise ParameterError(f"{given}: expected {self.expected_typed}: {self.declared.doc}{advice}")
 
     def to_json(self) -> dict[str, str]:
         return {"expected": self.expected, "default": self.usual, "doc": self.declared.doc}
@@ -123,7 +116,8 @@ def check_fields(value: Any) -> None:
     """Check the declared fields of a frozen dataclass, for its `__post_init__`. Raises ParameterError."""
     kind: Callable = type(value)
     for name, argument in arguments(kind).items():
-        object.__setattr__(value, name, argument.checked(getattr(value, name), of=type(value).__name__))
+        one = getattr(value, name)
+        object.__setattr__(value, name, argument.checked(one, f"{kind.__name__}({name}={shown(one)})"))
 
 
 def _argument(parameter: inspect.Parameter, hint: Any) -> Argument | None:

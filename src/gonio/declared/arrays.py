@@ -94,7 +94,7 @@ def formula(function: F, double: bool = False) -> F:
     rules = {
         p.name: next(x for x in p.annotation.__metadata__ if isinstance(x, (Declared, Points)))
         for p in signature.parameters.values()
-        if hasattr(p.annotation, "__metadata__")
+        if hasattr(p.annotation, "__metadata__") and p.annotation.__origin__ is not str
     }
 
     @functools.wraps(function)

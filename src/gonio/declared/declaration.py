@@ -26,7 +26,11 @@ LARGEST, LONGEST = 1 << 63, 1000
 UNFIT = REFUSALS
 """Errors of conversions of unfit values."""
 
-TYPED = {"rad": (180.0 / math.pi, "degrees"), "share": (100.0, "%")}
+TYPED = {
+    "rad": (180.0 / math.pi, "degrees"),
+    "share": (100.0, "%"),
+    "direction": (1.0, "polar angle and azimuth in degrees"),
+}
 """Units of Python -> how many of the unit that people type they are, and its name."""
 
 
@@ -61,7 +65,7 @@ class Declared(NamedTuple):
         factor, unit = TYPED.get(self.unit, (1.0, self.unit))
         low, high = (x if x == ABOVE_ZERO else float(f"{BELOW.get(x, x) * factor:.12g}") for x in (self.low, self.high))
         high = math.nextafter(high, 0.0) if self.high in BELOW else high
-        return self if factor == 1.0 else self._replace(low=low, high=high, unit=unit)
+        return self if unit == self.unit else self._replace(low=low, high=high, unit=unit)
 
 
 Seed = Annotated[int, Declared("of the random numbers: the same seed gives the same result", 0, LARGEST - 1)]

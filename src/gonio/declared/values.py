@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -17,7 +18,12 @@ import numpy as np
 
 from .declaration import LARGEST, LONGEST, UNFIT, Declared, Real
 from .numbers import numbers
-from .typed import all_in_degrees, is_number, is_whole
+from .typed import all_in_degrees, is_number
+
+ANGLES: dict[str, Callable[[float], float]] = {"rad": math.radians, "degrees": float}
+"""Units of angles in Python -> what makes them of degrees."""
+
+_INTEGER = re.compile(r"[-+]?\d{1,19}", re.ASCII)
 
 
 def fit(kind: Any, value: Any, d: Declared | None = None) -> Any:
@@ -128,22 +134,24 @@ def of_text(kind: Any, text: str, d: Declared) -> Any:
     if kind is Any and d.unit == "direction":
         theta, phi = map(math.radians, all_in_degrees(text))
         return np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
+    if kind is Any and not d.unit:
+        return text
     if kind is Any:
         values = of_text(Sequence[float], text, d)
         _within(np.array(values, dtype=float), d)
         return values[0] if len(values) == 1 else values
     if inner:
         text = text.removesuffix(",")
-        if d.unit == "rad":
-            return [math.radians(x) for x in all_in_degrees(text)]
+        if d.unit in ANGLES:
+            return [ANGLES[d.unit](x) for x in all_in_degrees(text)]
         return [of_text(inner[0], part.strip(), d) for part in text.split(",")]
     if kind is dict:
         return json.loads(text)
-    if kind is int and is_whole(text.removeprefix("-")):
+    if kind is int and _INTEGER.fullmatch(text):
         return int(text)
-    if kind is float and d.unit == "rad":
+    if kind is float and d.unit in ANGLES:
         (degrees,) = all_in_degrees(text)
-        return math.radians(degrees)
+        return ANGLES[d.unit](degrees)
     if kind is float and d.unit == "share" and is_number(text.removesuffix("%").strip()):
         return float(text.removesuffix("%")) / 100.0
     if kind is float and is_number(text):

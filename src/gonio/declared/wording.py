@@ -9,13 +9,16 @@ import re
 import typing
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from fractions import Fraction
+from operator import ge, le
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any
 
-from ..errors import suggestion
+from ..errors import ParameterError, suggestion
 from .declaration import ABOVE_ZERO, BELOW, TYPED, UNFIT, Declared, Real, alternatives, declared_in
-from .values import items
+from .typed import all_in_degrees
+from .values import ANGLES, items
 
 NOUNS: dict[Any, str] = {
     bool: "True or False",
@@ -25,21 +28,23 @@ NOUNS: dict[Any, str] = {
     dict: "a JSON object",
     Path: "a file name",
     os.PathLike: "a path",
-    "direction": "a unit vector, typed as its polar angle and azimuth in degrees, such as 45,0",
+    "direction": "unit vectors (..., 3)",
+    TYPED["direction"][1]: f"a {TYPED['direction'][1]}, such as 45,0",
     Callable: "a function",
     datetime.date: "a date",
 }
 """Types in words; classes of gonio have theirs in `noun`."""
 
 
-def in_words(kind: Any, d: Declared | None = None) -> str:
-    """The values of a kind, in words: "a number from 0.001 to 90 degrees"."""
+def in_words(kind: Any, d: Declared | None = None, typed: bool = False) -> str:
+    """The values of a kind, in words: "a number from 0.001 to 90 degrees"; `typed`: in the units that people type."""
     inner = typing.get_args(kind)
     if hasattr(kind, "__metadata__"):
-        declared = d or next((x for x in kind.__metadata__ if isinstance(x, Declared)), None)
+        own = next((x for x in kind.__metadata__ if isinstance(x, Declared)), d)
+        declared = own.typed if typed and own is not None else own
         if Real in kind.__metadata__:
             return "numbers" if declared is None else f"numbers{bounds(declared)}"
-        return in_words(inner[0], declared)
+        return in_words(inner[0], declared, typed)
     origin = typing.get_origin(kind)
     if origin is os.PathLike:
         return NOUNS[os.PathLike]
@@ -51,7 +56,7 @@ def in_words(kind: Any, d: Declared | None = None) -> str:
         most = f", at most {d.longest}" if d is not None and d.longest else ""
         return f"a dictionary from {in_words(inner[0])} to {in_words(inner[1])}{most}"
     if origin is not None:
-        return _several(origin, inner, d)
+        return _several(origin, inner, d, typed)
     if kind is Any:
         return "anything" if d is None else NOUNS[d.unit] if d.unit in NOUNS else f"numbers{bounds(d)}"
     if d is not None and d.words and kind in (str, int):
@@ -63,14 +68,15 @@ def in_words(kind: Any, d: Declared | None = None) -> str:
     return noun if d is None or kind not in (int, float) else f"{noun}{bounds(d)}"
 
 
-def _several(origin: type, inner: tuple[Any, ...], d: Declared | None) -> str:
+def _several(origin: type, inner: tuple[Any, ...], d: Declared | None, typed: bool) -> str:
     """Lists and tuples in words."""
     if d is None:
         each = [in_words(of) for of in inner]
         return f"({', '.join(each)})" if origin is tuple else f"a list of which each is {each[0]}"
     if len({*inner}) > 1:
-        return " and ".join(in_words(of, d) for of in inner)
-    several = re.sub(r"\ba (whole number|number|file name|word)", r"\1s", in_words(inner[0], d))
+        return " and ".join(in_words(of, d, typed) for of in inner)
+    several = re.sub(r"\ba (whole number|number|file name|word)", r"\1s", in_words(inner[0], d, typed))
+    several = re.sub(r"^one of", "some of", several)
     if origin is tuple:
         return f"{len(inner)} {several}"
     if typing.get_origin(inner[0]) is tuple:
@@ -82,15 +88,28 @@ def _several(origin: type, inner: tuple[Any, ...], d: Declared | None) -> str:
 def bounds(d: Declared) -> str:
     """Bounds, unit and divisor in words: " from 0 to 90 degrees"."""
     multiple = f", a multiple of {d.multiple}" if d.multiple > 1 else ""
-    between = _between(d.low, d.high)
-    unit = "" if d.unit in ("", "share") else f"{'' if d.unit == '%' else ' ' if between else ' in '}{d.unit}"
+    between = _between(d)
+    named = f"[{d.unit}]" if d.unit[:1].isdigit() else d.unit
+    unit = "" if d.unit in ("", "share") else f"{'' if d.unit == '%' else ' ' if between else ' in '}{named}"
     return f"{between}{unit}{multiple}"
 
 
-def _between(low: float, high: float) -> str:
-    lowest = "" if low == -math.inf else " above 0" if low == ABOVE_ZERO else f" from {low:g}"
-    highest = "" if high == math.inf else f" below {BELOW[high]:g}" if high in BELOW else f" to {high:g}"
+def _between(d: Declared) -> str:
+    low, high = d.low, d.high
+    lowest = "" if low == -math.inf else " above 0" if low == ABOVE_ZERO else f" from {_number(low, d.unit, ge)}"
+    highest = f" below {_number(BELOW[high], d.unit, le)}" if high in BELOW else f" to {_number(high, d.unit, le)}"
+    highest = "" if high == math.inf else highest
     return lowest + (f" up{highest}" if highest and lowest in ("", " above 0") else highest)
+
+
+def _number(x: float, unit: str, is_within: Callable[[float, float], bool]) -> str:
+    """A bound, rounded only to what is within, for those who type what is written; parts of pi by its name."""
+    part = Fraction(x / math.pi).limit_denominator(36) if unit == "rad" else Fraction(0)
+    if part and math.isclose(part * math.pi, x, rel_tol=1e-14):
+        times = {1: "", -1: "-"}.get(part.numerator, f"{part.numerator} ")
+        return f"{times}pi{'' if part.denominator == 1 else f'/{part.denominator}'}"
+    rounded = () if isinstance(x, int) else (f"{x:g}", f"{x:.12g}")
+    return next((text for text in rounded if is_within(float(text), x)), f"{x}")
 
 
 def as_typed(value: Any, unit: str = "") -> str:
@@ -120,12 +139,31 @@ def advised(kind: Any, value: Any) -> str:
 
 def suspected(value: Any, d: Declared) -> str:
     """What a value beyond its bounds may have been meant as: another word, degrees for radians, percent for a share."""
-    if d.words and isinstance(value, str):
-        return suggestion(value[:60], list(map(str, d.words)))
     with suppress(*UNFIT):
+        if d.words:
+            return suspected_text(",".join(items(value)), d)
         for number in map(float, items(value)):
-            if d.unit == "rad" and max(1.0, d.high) < abs(number) <= 360.0:
+            if d.unit == "rad" and max(1.0, 1.001 * d.high) < abs(number) <= 360.0:
                 return f"; in degrees? numpy.radians({number:g}) = {math.radians(number):.4g}"
             if d.unit == "share" and d.high < number <= 100.0:
                 return f"; in percent? {number:g} % is {number / 100.0:g}"
     return ""
+
+
+def suspected_text(text: str, d: Declared) -> str:
+    """Which word a typed one may have been meant as, of several the first that is none."""
+    words = {word.lower(): word for word in d.words if isinstance(word, str)}
+    wrong = [part for typed in text[:60].split(",") if (part := typed.strip().lower()) not in words]
+    return suggestion(wrong[0], [*words.values()]) if words and wrong else ""
+
+
+def taken(text: str, d: Declared) -> str:
+    """What a typed angle was taken for, where it has a unit; or why it is none."""
+    if d.unit not in ANGLES:
+        return ""
+    try:
+        degrees = all_in_degrees(text)
+    except ParameterError as error:
+        return f": {error}"
+    has_unit = any(mark in text.lower() for mark in ("d", "°"))
+    return f", which is {', '.join(f'{x:.5g}°' for x in degrees)[:60]}" if has_unit else ""

@@ -14,7 +14,7 @@ from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Argument, Declared, arguments
 from ..declared.version import __version__
-from ..errors import NotFoundError, ParameterError
+from ..errors import NotFoundError, ParameterError, suggestion
 from ..facts.public import form, forms, public
 from ..formula.bounds import CHANNELS, MAX_LENGTH
 
@@ -183,16 +183,18 @@ def ask(
     """A public function of the material, `gn.function(m, ...)`, with arguments as they are typed."""
     found = form(function)
     if found is None:
-        raise NotFoundError(
-            f"{function}: no function of a material; expected one of {', '.join(f.name for f in forms())}"
-        )
+        every = [f.name for f in forms()]
+        close = suggestion(function, every)
+        raise NotFoundError(f"{function}: no function of a material{close}; expected one of {', '.join(every)}")
     for name in given:
         if name not in found.fields:
-            raise ParameterError(f"{function}: no argument {name!r}; expected {', '.join(found.fields) or 'none'}")
+            close = suggestion(name, found.fields)
+            known = ", ".join(found.fields) or "none"
+            raise ParameterError(f"{function}: no argument {name!r}{close}; expected {known}")
     for name, field in found.fields.items():
         if name not in given and field.default is Parameter.empty:
             raise ParameterError(f"{function}: {name}: expected {field.expected_typed}: {field.declared.doc}")
-    values = {name: found.fields[name].checked_text(typed) for name, typed in given.items()}
+    values = {name: found.fields[name].checked_text(typed, f"{name} {typed!r:.60}") for name, typed in given.items()}
     with np.printoptions(precision=6, suppress=True):
         return {"text": str(found.function(shelf.material(text, replaced), **values))}
 

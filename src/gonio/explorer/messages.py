@@ -52,9 +52,9 @@ def request(data: Any) -> tuple[str, bytes]:
         close = suggestion(name[:200], CALLS) if isinstance(name, str) else ""
         raise ParameterError(f"call {shown(name)}: no such call{close}; expected one of {', '.join(CALLS)}")
     values = {
-        argument.name: argument.checked(data.get(argument.name), of=name)
-        for argument in CALLS[name].arguments.values()
-        if argument.name in data or argument.default is Parameter.empty
+        key: argument.checked(data.get(key), f"{name}({key}={shown(data.get(key))})")
+        for key, argument in CALLS[name].arguments.items()
+        if key in data or argument.default is Parameter.empty
     }
     whole = {"id": number_of(data), "call": name, "arguments": values}
     return name, json.dumps(whole, allow_nan=False).encode()

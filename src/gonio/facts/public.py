@@ -34,7 +34,7 @@ class Form(NamedTuple):
             {
                 "name": name,
                 "doc": a.declared.doc,
-                "unit": "" if a.declared.unit == "direction" else a.declared.typed.unit,
+                "unit": a.declared.typed.unit,
                 "expected": a.expected_typed,
                 "default": a.usual,
                 "words": a.words,

@@ -39,7 +39,7 @@ def target(path: str | os.PathLike) -> Path:
     if status is None:
         return final
     if stat.S_ISDIR(status.st_mode):
-        raise ParameterError(f"{path}: is a directory, expected a file name; choose another")
+        raise ParameterError(f"{path or repr(path)}: is a directory, expected a file name; choose another")
     if status.st_nlink > 1:
         raise ParameterError(
             f"{path}: has {status.st_nlink} names (hard links), of which writing would change all or part one; remove "

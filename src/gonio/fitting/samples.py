@@ -84,7 +84,7 @@ def _within(theta_max: float) -> float:
     return theta_max
 
 
-def samples(data: Any, theta_max: float = math.pi / 2.0, weights: Any = None) -> Samples:
+def samples(data: Any, theta_max: float = math.pi / 2.0, weights: Any = None, called: str = "data") -> Samples:
     """The rows of a reflectance, a path, arrays (wi, wo, f) or (wi, wo, f, u), a dataset of xarray, a frame of pandas.
 
     Of a measurement on a grid or in rows they are its nodes or its rows; of another reflectance f at 30 000 pairs,
@@ -96,7 +96,7 @@ def samples(data: Any, theta_max: float = math.pi / 2.0, weights: Any = None) ->
     least = max(math.cos(_within(theta_max)), HORIZON)
     if isinstance(data, Samples):
         return data
-    wi, wo, f, u, channels, source = _rows(data)
+    wi, wo, f, u, channels, source = _rows(data, called)
     finite = np.isfinite(f)
     left_out: dict[str, int] = {}
     keep = np.ones(len(f), bool)
@@ -132,7 +132,7 @@ def samples(data: Any, theta_max: float = math.pi / 2.0, weights: Any = None) ->
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None, tuple[Any, ...] | None, str]
 
 
-def _rows(data: Any) -> Rows:
+def _rows(data: Any, called: str) -> Rows:
     if isinstance(data, (str, os.PathLike)):
         data = load(data)
     if hasattr(type(data), "data_vars"):
@@ -144,8 +144,8 @@ def _rows(data: Any) -> Rows:
     if isinstance(data, (tuple, list)) and len(data) in (3, 4):
         return _of_arrays(*data)
     raise ParameterError(
-        f"data={shown(data)}: expected a measurement, a path, (wi, wo, f) or (wi, wo, f, u) with directions (N, 3) and "
-        f"values (N,) or (N, C), an xarray.Dataset in gonio's layout, or a pandas.DataFrame with columns of angles"
+        f"{called}={shown(data)}: expected a measurement, a path, (wi, wo, f) or (wi, wo, f, u) with directions (N, 3) "
+        f"and values (N,) or (N, C), an xarray.Dataset in gonio's layout, or a pandas.DataFrame with columns of angles"
     )
 
 

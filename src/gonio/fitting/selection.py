@@ -16,7 +16,7 @@ from ..declared.notebooks import repr_html
 from ..distributions.beckmann import Beckmann
 from ..distributions.ggx import GGX
 from ..distributions.gtr import GTR
-from ..errors import Error, ParameterError
+from ..errors import Error, ParameterError, suggestion
 from ..formula.fresnel.schlick import Schlick
 from ..formula.text import listed
 from ..models.abc import ABC
@@ -257,7 +257,8 @@ def select_model(
     """
     if isinstance(models, str):
         if models not in SETS:
-            raise ParameterError(f"models={models!r:.60}: expected one of {listed([*SETS])}, or a mapping of models")
+            rule = f"expected one of {listed([*SETS])}{suggestion(models, SETS)}"
+            raise ParameterError(f"models={models!r:.60}: {rule}")
         models = SETS[models]()
     if not models:
         raise ParameterError("models: got none; expected at least one")

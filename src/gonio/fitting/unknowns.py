@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base import kernels
 from ..base.reflectance import Reflectance
-from ..errors import NotFoundError, ParameterError, shown
+from ..errors import Error, NotFoundError, ParameterError, shown
 from ..evaluate.squares import Squares
 from ..evaluate.tracing import content, linear
 from ..formula.fields import Channels, Param
@@ -263,11 +263,14 @@ def _paths(model: Reflectance, names: Any, argument: str) -> list[str]:
         if isinstance(f, Param) and f.alias
     }
     for name in several:
-        path = model.located(name) if isinstance(name, str) else name
+        expected = f"{argument}={shown(name)}: expected some of {listed([*parameters])}"
+        try:
+            path = model.located(name) if isinstance(name, str) else name
+        except Error as error:
+            raise type(error)(f"{expected}: {str(error).partition(' Known:')[0]}") from None
         path = aliases.get(path, path)
         if path not in parameters:
-            expected = f"expected some of {listed([*parameters])}"
-            raise NotFoundError(f"{argument}={shown(name)}: no parameter that can be fitted; {expected}")
+            raise NotFoundError(f"{expected}: no parameter that can be fitted")
         found.add(path)
     return [path for path in parameters if path in found]
 

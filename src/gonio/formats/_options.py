@@ -6,6 +6,7 @@ def write(m: Reflectance, path: Path, nodes: Annotated[int, Declared("cosines of
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from inspect import Parameter, signature
@@ -13,8 +14,14 @@ from types import ModuleType
 from typing import Any
 
 from ..declared.arguments import Argument, arguments
-from ..errors import ParameterError, shown
+from ..errors import ParameterError, shown, suggestion
 from ..tables.axes import fits
+
+FLAGS = {"read": "-O", "write": "--option"}
+"""What the command line calls an option to read a file with, and one to write it with."""
+
+EXAMPLES = {"-O": "skip=12", "--option": "resolution=18,18,72"}
+"""What is typed behind these."""
 
 
 @cache
@@ -36,17 +43,12 @@ def checked(module: ModuleType, verb: str, values: Mapping[str, Any]) -> dict[st
 
     Raises ParameterError for an option that the format has not, or a value that is not allowed.
     """
-    declared = options(getattr(module, verb))
-    advice = f"; `gonio formats {module.NAME}` lists the options"
-    for name in values:
-        if name not in declared:
-            expected = f"expected one of {', '.join(declared)}{advice}" if declared else "expected none"
-            raise ParameterError(f"{name}={shown(values[name])}: no option to {verb} {module.NAME} files; {expected}")
-    converted = {name: declared[name].checked(value, advice) for name, value in values.items()}
-    for name, value in converted.items():
-        if declared[name].declared.lengths and value is not None:
-            fits(math.prod(value), f"{name}={shown(values[name])}")
-    return converted
+    found = {}
+    for name, value in values.items():
+        given = f"{name}={shown(value)}"
+        option = _option(module, verb, name, given)
+        found[name] = _that_fits(option.checked(value, given, _advice(module)), option, given)
+    return found
 
 
 def of_texts(module: ModuleType, verb: str, texts: Iterable[str]) -> dict[str, Any]:
@@ -54,20 +56,44 @@ def of_texts(module: ModuleType, verb: str, texts: Iterable[str]) -> dict[str, A
 
     An entry that is given again becomes a list.
     """
-    declared = options(getattr(module, verb))
-    values: dict[str, Any] = {}
+    found: dict[str, Any] = {}
+    entries: dict[str, dict[str, Any]] = {}
     for text in texts:
-        name, key, value = _parts(text)
+        name, key, value = _parts(text, FLAGS[verb])
+        given = f"{FLAGS[verb]} {text!r:.60}"
+        option = _option(module, verb, name, given)
+        if name in found or (name in entries and not key):
+            raise ParameterError(f"{given}: {name} is given twice, expected once")
         if key:
-            entries = values.setdefault(name, {})
-            if not isinstance(entries, dict):
-                raise ParameterError(f"--option {text!r:.60}: {name} is given twice, expected once")
-            entries[key] = [*_several(entries[key]), value] if key in entries else value
-            continue
-        if name in values:
-            raise ParameterError(f"--option {text!r:.60}: {name} is given twice, expected once")
-        values[name] = declared[name].of_text(value) if name in declared else value
-    return checked(module, verb, values)
+            of = entries.setdefault(name, {})
+            of[key] = [*_several(of[key]), value] if key in of else value
+        else:
+            found[name] = _that_fits(option.checked_text(value, given, _advice(module)), option, given)
+    for name, of in entries.items():
+        given = f"{FLAGS[verb]} {name}.{next(iter(of))}"
+        found[name] = _option(module, verb, name, given).checked(of, given, _advice(module))
+    return found
+
+
+def _option(module: ModuleType, verb: str, name: str, given: str) -> Argument:
+    """What a format declares of an option. Raises ParameterError for one that it has not."""
+    declared = options(getattr(module, verb))
+    if name not in declared:
+        close, known = suggestion(name, declared), ", ".join(declared)
+        expected = f"expected one of {known}{_advice(module)}" if declared else "expected none"
+        raise ParameterError(f"{given}: no option to {verb} {module.NAME} files{close}; {expected}")
+    return declared[name]
+
+
+def _advice(module: ModuleType) -> str:
+    return f"; `gonio formats {shlex.quote(module.NAME)}` lists the options"
+
+
+def _that_fits(value: Any, option: Argument, given: str) -> Any:
+    """The value; counts of nodes whose table fits into memory. Raises TooLargeError."""
+    if option.declared.lengths and value is not None:
+        fits(math.prod(value), given)
+    return value
 
 
 def _several(entry: Any) -> list[Any]:
@@ -75,14 +101,14 @@ def _several(entry: Any) -> list[Any]:
 
 
 def names_in(texts: Iterable[str]) -> set[str]:
-    """The names of options typed on the command line."""
-    return {_parts(text)[0] for text in texts}
+    """The names of options to read a file with, as typed on the command line."""
+    return {_parts(text, FLAGS["read"])[0] for text in texts}
 
 
-def _parts(text: str) -> tuple[str, str, str]:
+def _parts(text: str, flag: str) -> tuple[str, str, str]:
     """Name, key and value of "name.key=value"; the key is "" in "name=value"."""
     name, equals, value = (part.strip() for part in text.partition("="))
     name, dot, key = name.partition(".")
     if not equals or not name or (dot and not key):
-        raise ParameterError(f"--option {text!r:.60}: expected name=value, such as interpolation=linear")
+        raise ParameterError(f"{flag} {text!r:.60}: expected name=value, such as {EXAMPLES[flag]}")
     return name.replace("-", "_"), key, value

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..base.angles import check_angle, numbers_of
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import BELOW_HORIZON, Declared, Seed, checked
@@ -69,7 +68,7 @@ def gonioreflectometer(
         Sequence[float],
         Declared(
             "azimuths of incidence on a surface that is not isotropic",
-            unit="rad",
+            *(0.0, 2.0 * math.pi, "rad"),
             rising=True,
             usual="every 30 degrees",
         ),
@@ -122,7 +121,7 @@ def gonioreflectometer(
     names, oriented = None, surface.turn > 0.0
     if isinstance(reflectance, Reflectance) and (width := batch.channels(reflectance)):
         names = reflectance.channel_names or channels_named(width)
-    of_light = _angles("theta_i", theta_i, 0.0, 0.5 * math.pi)
+    of_light = _angles("theta_i", theta_i, 0.5 * math.pi)
     around = _azimuths(surface, phi_i)
     grid = _cells(cells)
     surfaces = _Surfaces(surface, rays, seed)
@@ -283,13 +282,11 @@ def _facet(facet: float | Reflectance) -> float | Reflectance:
     return facet
 
 
-def _angles(name: str, given: Any, low: float, high: float) -> np.ndarray:
-    angles = np.atleast_1d(np.asarray(numbers_of(name, given), float))
-    check_angle(name, angles, low, high)
-    if angles.ndim != 1 or not angles.size or not np.isfinite(angles).all() or not (np.diff(angles) > 0.0).all():
-        raise ParameterError(f"{name}={shown(given)}: expected a number, or increasing finite ones [rad]")
+def _angles(name: str, given: Sequence[float], high: float) -> np.ndarray:
+    angles = np.array(given)
     if angles[-1] >= high - 1e-4:
-        raise ParameterError(f"{name}={shown(given)}: expected angles below {high:g} [rad]")
+        below = f"{high:.5g} rad, {math.degrees(high):g} degrees"
+        raise ParameterError(f"{name}={shown(given)}: expected angles below {below}")
     return angles
 
 
@@ -300,7 +297,7 @@ def _azimuths(surface: HeightField, phi_i: Any) -> np.ndarray:
         return np.zeros(1)
     if phi_i is None:
         return math.radians(30.0) * np.arange(round(surface.turn / math.radians(30.0)))
-    return _angles("phi_i", phi_i, 0.0, surface.turn)
+    return _angles("phi_i", phi_i, surface.turn)
 
 
 def _cells(cells: Sequence[int]) -> Cells:

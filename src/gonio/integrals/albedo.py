@@ -13,7 +13,7 @@ from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..base.reradiation import warn_of_reradiation
 from ..declared.arguments import Declared, checked
-from ..errors import ParameterError, ShapeError
+from ..errors import ParameterError, ShapeError, shown
 from ..evaluate.labelled import takes_labels
 from . import by_arrays
 from .asked import Azimuth, Incidence, Tolerance, WithError, Zenith
@@ -110,7 +110,10 @@ def _share(fraction: Any) -> Any:
     """A share as an array of its library; -1, which is none, for what is no number."""
     try:
         lib = ops.library_of_type(type(fraction))
-        return fraction if lib is not None and lib.name != "numpy" else np.asarray(ops.numbers(fraction), dtype=float)
+        if lib is not None and lib.name != "numpy":
+            return fraction
+        numbers = ops.numbers(fraction)
+        return np.array(-1.0) if numbers.dtype.kind == "b" else np.asarray(numbers, dtype=float)
     except ValueError:
         return np.array(-1.0)
 
@@ -147,7 +150,8 @@ def blue_sky_albedo(
     d = _share(diffuse_fraction)
     known = ops.library(d).known(d)
     if known is not None and ((known < 0.0) | (known > 1.0)).any():
-        raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
+        given = f"diffuse_fraction={shown(diffuse_fraction)}"
+        raise ParameterError(f"{given}: expected the sky's share of light, in [0, 1]")
     shapes = [*map(np.shape, (theta, phi, d)), map_shape(m)]
     ops.broadcast_shape(shapes, "theta, phi, diffuse_fraction and parameters")
     check_angle("theta", theta, 0.0, 0.5 * math.pi)

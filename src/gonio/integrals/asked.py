@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from ..declared.arguments import BELOW_ONE, Declared
 from .over_hemisphere import TIGHTEST
 
-Incidence = Annotated[Any, Declared("where the light comes from: unit vectors (..., 3)", unit="direction")]
+Incidence = Annotated[Any, Declared("where the light comes from", unit="direction")]
 Zenith = Annotated[Any, Declared("polar angle of the sun", 0.0, 0.5 * math.pi, "rad")]
 Azimuth = Annotated[Any, Declared("azimuth of the sun", -2.0 * math.pi, 2.0 * math.pi, "rad")]
 Tolerance = Annotated[

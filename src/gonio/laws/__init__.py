@@ -20,7 +20,7 @@ from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared import discover
 from ..declared.arguments import Declared, checked
-from ..errors import MissingDataWarning, NotFoundError
+from ..errors import MissingDataWarning, NotFoundError, shown, suggestion
 from ..tables.gridded import Gridded
 from . import _overview
 from ._maps import MapReport as MapReport
@@ -73,7 +73,9 @@ def check(
     names = list(LAWS) if laws is None else list(laws)
     for name in names:
         if name not in LAWS:
-            raise NotFoundError(f"check: no law {name!r}; expected some of {', '.join(LAWS)}")
+            close = suggestion(name, LAWS)
+            given = f"check(laws={shown(laws)}): expected some of {', '.join(LAWS)}"
+            raise NotFoundError(f"{given}: no law {name!r}{close}")
     if map_shape(m):
         return check_map(m, None if laws is None else names, progress)
     judge = _judge(m)

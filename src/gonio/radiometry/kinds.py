@@ -25,6 +25,10 @@ _Azimuth = Annotated[Any, Declared(_RADIANS, 0.0, 2.0 * np.pi, "rad")]
 _VECTOR = Points()
 _Vector = Annotated[Any, _VECTOR]
 _Polygon = Annotated[Any, Points("(..., V, 3), V >= 3", axes=2)]
+_Converted = Annotated[
+    str, Declared("a quantity of reflectance", words=("brdf", "reflectance_factor", "brdf_cos_theta_i", "dsf"))
+]
+_Density = Annotated[str, Declared("what a density is per", words=("wavelength", "frequency", "wavenumber"))]
 
 
 def _dot(a: Array, b: Array) -> Array:

@@ -2,15 +2,14 @@
 
 from ..declared.arrays import Array
 from ..declared.arrays import formula as _formula
-from ..errors import ParameterError
-from .kinds import _Real, _Wavelength
+from .kinds import _Density, _Real, _Wavelength
 
 SPEED_OF_LIGHT = 299_792_458.0  # m s-1, exact in the SI
 PLANCK = 6.626_070_15e-34  # J s, exact in the SI
 
 
 @_formula
-def convert_spectral(value: _Real, wavelength: _Wavelength, source: str, target: str) -> Array:
+def convert_spectral(value: _Real, wavelength: _Wavelength, source: _Density, target: _Density) -> Array:
     """Convert a density (of radiance, flux, ...) between per "wavelength", "frequency" and "wavenumber".
 
     L_ν = L_λ λ²/c and L_σ = L_λ λ², because the energy L_λ dλ = L_ν dν = L_σ dσ of an interval stays.
@@ -24,9 +23,6 @@ def convert_spectral(value: _Real, wavelength: _Wavelength, source: str, target:
     """
     area = wavelength * wavelength
     nm_per = {"wavelength": 1.0, "frequency": area * (1e-9 / SPEED_OF_LIGHT), "wavenumber": area * 1e-7}
-    for name in (source, target):
-        if name not in nm_per:
-            raise ParameterError(f"density must be per {', '.join(nm_per)}, got {name!r}: name one of these")
     return value / nm_per[source] * nm_per[target]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any
 
@@ -182,11 +182,16 @@ def _builtin() -> Iterator[tuple[str, Reflectance]]:
 
 
 def _given(materials: Any) -> Iterator[tuple[str, Reflectance]]:
-    if isinstance(materials, (str, bytes, os.PathLike, Reflectance)) or not hasattr(materials, "__iter__"):
+    try:
+        single = isinstance(materials, (str, bytes, os.PathLike, Reflectance, Mapping))
+        items = None if single else iter(materials)
+    except TypeError:  # a number; an array without axes
+        items = None
+    if items is None:
         raise ParameterError(
             f"materials={shown(materials)}: expected a list of reflectances, paths, or names of built-in materials"
         )
-    for item in materials:
+    for item in items:
         if not isinstance(item, (str, os.PathLike, Reflectance)):
             raise ParameterError(f"materials: got {shown(item)}; expected a reflectance, a path, or a name")
         m = item if isinstance(item, Reflectance) else as_typed(os.fspath(item))

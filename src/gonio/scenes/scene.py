@@ -7,7 +7,7 @@ from typing import Any
 
 from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
-from ..errors import AccessError, ParameterError
+from ..errors import AccessError, ParameterError, shown
 from .mesh import Mesh
 
 
@@ -32,7 +32,7 @@ class Scene:
         given = list(parts) if isinstance(parts, Sequence) else [parts]
         others = [part for part in given if not isinstance(part, Mesh)]
         if others or not given:
-            got = f"{others[0]!r:.60}" if others else "none"
+            got = shown(others[0]) if others else "none"
             raise ParameterError(f"Scene: got {got}, expected meshes: gn.Mesh(file, material)")
         self.parts: tuple[Mesh, ...] = tuple(given)
 

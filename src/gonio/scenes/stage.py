@@ -12,7 +12,7 @@ import numpy as np
 from ..base.identity import identity
 from ..base.light import Light
 from ..base.reflectance import Reflectance
-from ..errors import ParameterError
+from ..errors import ParameterError, suggestion
 from ..formula.text import shown
 from ..formula.world import moved
 from ..machine.caches import at_end
@@ -121,9 +121,10 @@ def _holder(shape: Any) -> Mesh | Scene:
         return shape
     if isinstance(shape, os.PathLike) or (isinstance(shape, str) and os.path.splitext(shape)[1]):
         return Mesh(shape)
-    kinds = f"{', '.join(map(repr, SHAPES))}, the file of a mesh, a gn.Mesh, a gn.Scene or a surface of gn.surfaces"
+    words = f"{', '.join(map(repr, SHAPES))}, or the file of a mesh"
     if isinstance(shape, str):
-        raise ParameterError(f"shape={shape!r:.60}: expected one of {kinds}")
+        raise ParameterError(f"shape={shape!r:.60}: expected one of {words}{suggestion(shape, SHAPES)}")
+    kinds = f"{words}; or a gn.Mesh, a gn.Scene, a surface of gn.surfaces"
     raise ParameterError(f"render(shape={shown(shape)}): expected a word, one of {kinds}")
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..declared.arguments import Declared, checked
+from ..declared.arguments import ABOVE_ZERO, Declared, checked
 from ..declared.numbers import numbers
 from ..errors import Error, FormatError, NotFoundError, ParameterError, TooLargeError
 from ..numerics.filling import filled_in_layers
@@ -33,7 +33,7 @@ def from_map(
     source: Any,
     pixel: Annotated[
         float | tuple[float, float],
-        Declared("distance of the heights along x and y, in `unit`; none for an SDF file"),
+        Declared("distance of the heights along x and y, in `unit`; none for an SDF file", ABOVE_ZERO),
     ]
     | None = None,
     unit: Annotated[str, Declared("of lengths", words=(*UNITS,))] = "um",

@@ -263,7 +263,7 @@ def _known(measured: Any, teller: _Teller) -> np.ndarray:
             )
         nothing[:, : len(names)] = _of_fit(measured)
         return nothing
-    data = samples(measured)
+    data = samples(measured, called="measured")
     if data.f.shape[1] != teller.unknowns.channels:
         raise ShapeError(
             f"measured: {data.source} has {data.f.shape[1]} channels; expected {teller.unknowns.channels}, as the model"
