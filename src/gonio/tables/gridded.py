@@ -331,7 +331,11 @@ class Gridded(Interpolated):
         # Neighbouring wavelengths err alike, so that standard uncertainties are interpolated as values are.
         u = None if self.uncertainty is None else Ours(between(self.uncertainty, known, wavelengths))
         names = tuple(map(float, wavelengths)) if np.ndim(wavelengths) else None
-        return self.with_table(Ours(between(self.stored, known, wavelengths)), u, channels=names)
+        return self._with_stored(Ours(between(self.stored, known, wavelengths)), u, channels=names)
+
+    def _with_stored(self, values: Any, uncertainty: Any, **other: Any) -> Gridded:
+        """A measurement at the same pairs with other values, uncertainties and arguments."""
+        return self.with_table(values, uncertainty, **other)
 
     def _key(self) -> tuple:
         compared = ("parameterisation", "quantity", "is_mirrored", "periods", "channel_names", "uncertainty")
