@@ -25,13 +25,13 @@ from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
 from ..declared.arguments import ABOVE_ZERO, Declared
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
 from ..pictures.image import Image, read_image
 from ..tables.rows import ROW_ANGLES
 from ._layout import CHANNEL, Axis, Layout
+from ._reading import large_tables
 from ._reading.large_tables import LARGE, Unscanned, expect_channels, numbers
 
 NAME = "UTIA"
@@ -196,8 +196,7 @@ def write(m: Reflectance, path: Path) -> None:
         side = math.prod(raw.shape[1:3])
         Image(np.moveaxis(raw.reshape(3, side, side), 0, -1)).save(path)
         return
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        raw.astype("<f8", copy=False).tofile(file)
+    large_tables.write(path, raw.astype("<f8", copy=False))
 
 
 def _tabulated(m: Reflectance) -> np.ndarray:

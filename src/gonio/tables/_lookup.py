@@ -57,7 +57,7 @@ class Interpolated(Sampled):
         return {**fixed, "values": Roomy(lambda: self._flat(self.brdf(), self.width)), **uneven}
 
     def _flat(self, values: np.ndarray, width: int) -> np.ndarray:
-        """Values at the nodes, `width` of each, with the circles closed, flat, and one entry more: kernels gather pairs."""
+        """Values at the nodes, `width` of each, circles closed, flat, with one entry more: kernels gather pairs."""
         grid, sizes = tuple(map(len, self.axes.values())), tuple(axis.size for axis in self.layout)
         flat = np.empty(math.prod(sizes) * width + 1)
         flat[-1] = 0.0

@@ -293,8 +293,16 @@ Step = Annotated[
     float | None,
     Declared("between angles of wo; angles of wi and azimuths are two steps apart", 1e-3, 90.0, "degrees", usual=USUAL),
 ]
-IncidentAngles = Annotated[Sequence[float] | None, Declared("polar angles of wi", 0.0, 90.0, "degrees", rising=True)]
-OutgoingAngles = Annotated[Sequence[float] | None, Declared("polar angles of wo", 0.0, 90.0, "degrees", rising=True)]
+AngleList = Sequence[float] | None
+
+
+def rising(doc: str, low: float, high: float) -> Declared:
+    """The declaration of a list of angles that a writer takes f at."""
+    return Declared(doc, low, high, "degrees", rising=True)
+
+
+IncidentAngles = Annotated[AngleList, rising("polar angles of wi", 0.0, 90.0)]
+OutgoingAngles = Annotated[AngleList, rising("polar angles of wo", 0.0, 90.0)]
 Channel = Annotated[
     float | str | None, Declared("the channel that is written: its name, its wavelength [nm] or its number")
 ]

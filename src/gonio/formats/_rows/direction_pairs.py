@@ -6,7 +6,7 @@ The way back, from any reflectance to pairs, is `pairs_of_material`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,6 +68,14 @@ class Pairs(NamedTuple):
         """The pairs with a number in some channel."""
         finite = np.isfinite(self.columns()).any(axis=1)
         return self if finite.all() else self.only(finite)
+
+
+def together(parts: Sequence[Pairs]) -> Pairs:
+    """The pairs of all parts, one after the other, with uncertainties where all have them."""
+    spreads = [x for pairs in parts if (x := pairs.uncertainty) is not None]
+    spread = np.concatenate(spreads) if len(spreads) == len(parts) else None
+    angles, values = (np.concatenate([getattr(pairs, name) for pairs in parts]) for name in ("angles", "values"))
+    return parts[0]._replace(angles=angles, values=values, uncertainty=spread)
 
 
 def upright(angles: np.ndarray, where: str, highest: float = math.pi + 1e-6) -> np.ndarray:

@@ -14,7 +14,7 @@ from ...arrays import ops
 from ...base.angles import direction
 from ...base.reflectance import Reflectance
 from ...declared.arguments import ABOVE_ZERO, Declared
-from ...errors import NotFoundError, ParameterError
+from ...errors import ParameterError
 from ...files import replacing
 from ...formula.direction import Direction
 from ...formula.fields import Ours, channels, kept, table
@@ -235,11 +235,7 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(path: Path, side: Side = None) -> Scatfun | Sheet:
     """The material of a file, or a `Sheet` of all that it holds. Raises FormatError for damage."""
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
-    parts = parse(inflated(data, str(path)), str(path))
+    parts = parse(inflated(path.read_bytes(), str(path)), str(path))
     ours = {n: Ours(x) if isinstance(x, np.ndarray) else x for n, x in parts.items()}
     names = wanted(_held(parts) or ["front"], side, path)
     return joined({name: Scatfun(ours, name, str(path)) for name in names}, side)
