@@ -138,6 +138,24 @@ class TooLargeError(Error, MemoryError):
     """A result would not fit into this machine's memory."""
 
 
+@contextmanager
+def needed(what: str, cure: str) -> Iterator[None]:
+    """Imports within this that fail raise DependencyError: what needs them, and how they are installed."""
+    try:
+        yield
+    except ImportError as error:
+        raise DependencyError(f"{what} ({error}); {cure}") from None
+
+
+@contextmanager
+def held_by(where: object) -> Iterator[None]:
+    """Within this, a ParameterError about what a file holds is a FormatError, which names the place."""
+    try:
+        yield
+    except ParameterError as error:
+        raise FormatError(f"{where}: {error}") from None
+
+
 class MissingDataWarning(UserWarning):
     """Part of an integral or a picture needed directions that a measurement does not hold."""
 

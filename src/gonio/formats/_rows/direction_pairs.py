@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.reflectance import Reflectance
-from ...errors import FormatError, ParameterError
+from ...errors import FormatError, held_by
 from ...numerics.unique_rows import first_alike
 from ...tables.gridded import Gridded
 from ...tables.rows import ROW_ANGLES, as_grid, oriented
@@ -127,10 +127,8 @@ def material(
         if not np.isfinite(kept.values).any():
             raise FormatError(f"{path}: holds no value that is a number, expected at least one measurement")
         named = {"outside": outside, "path": path, "about": more}
-        try:
+        with held_by(path):
             parts[name] = _grid_or_rows(kept, which, isotropic, named)
-        except ParameterError as error:
-            raise FormatError(f"{path}: {error}") from None
     return _sides.joined(parts, side)
 
 
