@@ -3,7 +3,7 @@
 import sys
 import unicodedata
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
@@ -136,6 +136,12 @@ class WorkerError(Error, RuntimeError):
 
 class TooLargeError(Error, MemoryError):
     """A result would not fit into this machine's memory."""
+
+
+def expect_one_of(words: Collection[object], name: str, value: object) -> None:
+    """Raises ParameterError for a value that is none of the words."""
+    if value not in words:
+        raise ParameterError(f"{name}={value!r:.60}: expected one of {', '.join(map(repr, words))}")
 
 
 @contextmanager

@@ -24,7 +24,7 @@ import numpy as np
 from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
 from ..declared.arguments import ABOVE_ZERO, Declared
-from ..errors import FormatError, ParameterError
+from ..errors import FormatError, ParameterError, expect_one_of
 from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
@@ -85,8 +85,7 @@ class UTIA(Unscanned):
 
     def __init__(self, raw: Any, decoding: str = "linear", theta_step: float | None = None, path: str = ""):
         raw = kept(raw)
-        if decoding not in DECODINGS:
-            raise ParameterError(f"decoding={decoding!r}: expected one of {', '.join(map(repr, DECODINGS))}")
+        expect_one_of(DECODINGS, "decoding", decoding)
         grid = raw.shape[1:3]
         if raw.shape != (3, *grid, *grid) or grid not in GRIDS:
             listed = " or ".join(str((3, *g, *g)) for g in GRIDS)

@@ -10,9 +10,10 @@ import numpy as np
 from ..arrays.kinds import with_channels
 from ..base.measured import Measured
 from ..declared.arguments import checked
+from ..errors import expect_one_of
 from ..tables.gridded import Gridded
 from ..tables.nodes import bracketed, f_at
-from ._cells import Cells, changes_of_all, expect_one_of, floor, like, reported, spread, variances
+from ._cells import Cells, changes_of_all, floor, like, reported, spread, variances
 
 KINDS = ("reciprocity", "isotropy", "plane")
 SAME = 1e-5

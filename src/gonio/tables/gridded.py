@@ -170,17 +170,20 @@ class Gridded(Interpolated):
         >>> print(dict(m.data.sizes), m.data.attrs["quantity"])
         {'theta_i': 2, 'theta_o': 2, 'phi': 1} brdf
         """
+        own = {"mirrored": self.is_mirrored, "periods": self.periods, "interpolation": self.interpolation}
+        return self._dataset(self.axes, list(self.axes), **own)
+
+    def _dataset(self, axes: Mapping[str, np.ndarray], dims: Sequence[str], **own: Any) -> xarray.Dataset:
+        """The numbers as stored along `dims`, with the attributes of all measurements and these."""
         return dataset_layout.dataset(
-            self.axes,
-            list(self.axes),
+            axes,
+            dims,
             self.stored,
             self.uncertainty,
             self.channel_names,
             parameterisation=self.parameterisation,
             quantity=self.quantity,
-            mirrored=self.is_mirrored,
-            periods=self.periods,
-            interpolation=self.interpolation,
+            **own,
             outside=self.outside,
             source=self.path,
             about=self.about,

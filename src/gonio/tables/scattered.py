@@ -188,20 +188,8 @@ class Scattered(Gridded):
         >>> print(dict(m.data.sizes))
         {'measurement': 15}
         """
-        return dataset_layout.dataset(
-            dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
-            [dataset_layout.ROW],
-            self.stored,
-            self.uncertainty,
-            self.channel_names,
-            parameterisation=self.parameterisation,
-            quantity=self.quantity,
-            isotropic=not self.is_oriented(),
-            outside=self.outside,
-            source=self.path,
-            about=self.about,
-            provenance=self.provenance,
-        )
+        rows = dict(zip(ROW_ANGLES, self.rows.T, strict=True))
+        return self._dataset(rows, [dataset_layout.ROW], isotropic=not self.is_oriented())
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes of the grid.

@@ -36,12 +36,6 @@ class Numbers(NamedTuple):
     decimal: str
 
 
-def decimal_of(path: object, layout: TableLayout, wanted: Collection[int]) -> str:
-    """The decimal sign of a table's first rows. Raises FormatError where a comma can be either."""
-    cells = [row[k] for row in layout.sample if len(row) >= len(layout.names) for k in wanted]
-    return decimal_sign(path, cells)
-
-
 def numbers(
     sheet: TextSheet | CellSheet,
     layout: TableLayout,
@@ -74,7 +68,8 @@ class _Reader:
     ):
         self.sheet, self.layout = sheet, layout
         self.wanted, self.needed = [*columns], {k for k, needed in columns.items() if needed}
-        self.decimal = decimal or decimal_of(sheet.path, layout, self.wanted)
+        first = [row[k] for row in layout.sample if len(row) >= len(layout.names) for k in self.wanted]
+        self.decimal = decimal or decimal_sign(sheet.path, first)
         self.other = {",": ".", ".": ","}[decimal] if decimal else ""
         grouped = rf"[-+]?\d{{1,3}}(?:[{self.other or ' '}]\d{{3}})+(?:[{self.decimal}]\d*)?"
         self.grouped = re.compile(grouped, re.ASCII)

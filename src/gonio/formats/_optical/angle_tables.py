@@ -13,7 +13,7 @@ from ...arrays.kinds import with_channels
 from ...base.measured import Total, tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...declared.arguments import Declared
-from ...errors import FormatError, ParameterError
+from ...errors import FormatError, ParameterError, expect_one_of
 from ...formula.state import note
 from ...models._quarters import MirroredX, quarters
 from ...pictures.colour import XYZ_OF_RGB
@@ -220,8 +220,7 @@ def channel_named(m: Reflectance, f: np.ndarray, channel: Any) -> tuple[tuple, n
     names = tuple(names or range(f.shape[-1]))
     if channel is None:
         return names, f
-    if channel not in names:
-        raise ParameterError(f"channel={channel!r}: expected one of {', '.join(map(repr, names))}")
+    expect_one_of(names, "channel", channel)
     return (channel,), f[..., [names.index(channel)]]
 
 

@@ -14,7 +14,7 @@ from ...arrays import ops
 from ...base.angles import direction
 from ...base.reflectance import Reflectance
 from ...declared.arguments import ABOVE_ZERO, Declared
-from ...errors import ParameterError
+from ...errors import ParameterError, expect_one_of
 from ...files import replacing
 from ...formula.direction import Direction
 from ...formula.fields import Ours, channels, kept, table
@@ -101,8 +101,7 @@ class Scatfun(Sampled):
     width: int = state()
 
     def __init__(self, parts: Mapping[str, Any], side: str = "front", path: str = ""):
-        if side not in SIGNS:
-            raise ParameterError(f"side={side!r}: expected one of {', '.join(map(repr, SIGNS))}")
+        expect_one_of(SIGNS, "side", side)
         parts = Held({n: kept(x) if isinstance(x, (np.ndarray, Ours)) else x for n, x in parts.items()})
         width, mu, signs, scale = parts["channels"], parts["mu"].astype(float), SIGNS[side], 1.0
         if signs[0] != signs[1] and parts["eta"] > 0.0:
