@@ -25,6 +25,7 @@ from ...models.sheet import Sheet
 from ...tables.axes import fits
 from ...tables.drawing import Sampled
 from .._reading.large_tables import expect_channels
+from .._reading.tensor_file import opened
 from .._sides import Side, joined, wanted
 from .contents import GZIP, MAGIC, inflated, parse, serialise
 
@@ -234,7 +235,8 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(path: Path, side: Side = None) -> Scatfun | Sheet:
     """The material of a file, or a `Sheet` of all that it holds. Raises FormatError for damage."""
-    parts = parse(inflated(path.read_bytes(), str(path)), str(path))
+    with opened(path) as file:
+        parts = parse(inflated(file.read(), str(path)), str(path))
     ours = {n: Ours(x) if isinstance(x, np.ndarray) else x for n, x in parts.items()}
     names = wanted(_held(parts) or ["front"], side, path)
     return joined({name: Scatfun(ours, name, str(path)) for name in names}, side)
