@@ -3,7 +3,7 @@
 import sys
 import unicodedata
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
@@ -137,6 +137,30 @@ class WorkerError(Error, RuntimeError):
 
 class TooLargeError(Error, MemoryError):
     """A result would not fit into this machine's memory."""
+
+
+def expect_one_of(words: Collection[object], name: str, value: object) -> None:
+    """Raises ParameterError for a value that is none of the words."""
+    if value not in words:
+        raise ParameterError(f"{name}={value!r:.60}: expected one of {', '.join(map(repr, words))}")
+
+
+@contextmanager
+def needed(what: str, cure: str) -> Iterator[None]:
+    """Imports within this that fail raise DependencyError: what needs them, and how they are installed."""
+    try:
+        yield
+    except ImportError as error:
+        raise DependencyError(f"{what} ({error}); {cure}") from None
+
+
+@contextmanager
+def held_by(where: object) -> Iterator[None]:
+    """Within this, a ParameterError about what a file holds is a FormatError, which names the place."""
+    try:
+        yield
+    except ParameterError as error:
+        raise FormatError(f"{where}: {error}") from None
 
 
 class MissingDataWarning(UserWarning):

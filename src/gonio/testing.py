@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from .base.map_shape import map_shape
 from .base.reflectance import Reflectance
-from .errors import DependencyError, NotFoundError, ShapeError
+from .errors import NotFoundError, ShapeError, needed
 from .laws import LAWS, Report, check
 
 if TYPE_CHECKING:
@@ -57,8 +57,6 @@ def assert_lawful(m: Reflectance, except_: str | Iterable[str] = (), laws: str |
 def __getattr__(name: str) -> Any:
     if name != "each_law":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    try:
+    with needed("each_law needs pytest", "pip install pytest"):
         import pytest
-    except ImportError:
-        raise DependencyError("each_law needs pytest; pip install pytest") from None
     return pytest.mark.parametrize("law", list(LAWS))

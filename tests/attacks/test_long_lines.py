@@ -14,7 +14,6 @@ from seeds import SEEDS
 
 import gonio as gn
 from gonio import errors
-from gonio.formats import csv_table
 from gonio.formats._laboratory import sheets
 from gonio.formats._reading import plain_text
 from gonio.formats.window_xml import xml_document
@@ -75,8 +74,8 @@ def test_columns_are_counted(count, tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(table(count, 4))
     assert len(gn.load(path).channel_names) == count - 3
-    path.write_text(table(csv_table.MOST + 1))
-    with pytest.raises(errors.FormatError, match=f"{csv_table.MOST + 1} columns, expected at most {csv_table.MOST}"):
+    path.write_text(table(sheets.COLUMNS + 1))
+    with pytest.raises(errors.FormatError, match=f"{sheets.COLUMNS + 1} columns, expected at most {sheets.COLUMNS}"):
         gn.load(path)
 
 

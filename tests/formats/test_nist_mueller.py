@@ -55,7 +55,7 @@ def test_damaged_mueller_tables(tmp_path):
     for change, words in (
         (lambda t: t.replace("0.25,", "abc,"), "line 3: got 'abc'"),
         (lambda t: t.replace("-75,", "-95,"), "theta_i is -95 degrees"),
-        (lambda t: t.splitlines()[0], "no rows"),
+        (lambda t: t.splitlines()[0], "ends after line 1, expected rows of numbers: lambda"),
         (lambda t: t.replace("0.532,-75", "-1,-75"), "wavelength"),
         (lambda t: t.replace("2.65E-01", "nan").replace(",0.25,", ",nan,").replace(",0.32,", ",nan,"), "no value"),
     ):

@@ -14,7 +14,7 @@ from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..base.textured import require_numbers
 from ..declared.arguments import checked
-from ..errors import DependencyError, NotFoundError, ParameterError, ShapeError, shown, suggestion
+from ..errors import NotFoundError, ParameterError, ShapeError, needed, shown, suggestion
 from ..formula.blackbody import Blackbody
 from ..formula.fields import Param, Part
 from ..formula.parametrised import Parametrised
@@ -33,10 +33,8 @@ def library() -> Any:
     """colour-science, imported when it is first needed. Raises DependencyError where it is not installed."""
     with warnings.catch_warnings(), np.printoptions():  # it warns of what it lacks, and changes how arrays are printed
         warnings.simplefilter("ignore")  # of what it lacks itself
-        try:
+        with needed("this needs colour-science", "pip install 'gonio[spectra]'"):
             import colour
-        except ImportError as error:
-            raise DependencyError(f"this needs colour-science ({error}); pip install 'gonio[spectra]'") from None
     return colour
 
 

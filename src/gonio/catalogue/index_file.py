@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import FormatError, MeaningWarning, NotFoundError, ParameterError, warn
+from ..errors import FormatError, MeaningWarning, NotFoundError, ParameterError, held_by, warn
 from ..formula.dispersion import FORMULAS, Dispersion
 from ..formula.spectrum import Spectrum
 
@@ -62,10 +62,8 @@ def read(path: str | Path) -> Spectra:
         raise FormatError(f"{path}: more than {LARGEST >> 20} MB; expected a file of refractiveindex.info")
     found: dict[str, Spectrum] = {}
     for number, block in _blocks(str(path), text.splitlines()):
-        try:
+        with held_by(f"{path}, line {number}"):
             spectra = _spectra(f"{path}, line {number}", block)
-        except ParameterError as error:
-            raise FormatError(f"{path}, line {number}: {error}") from None
         for name, spectrum in spectra.items():
             if name in found:
                 raise FormatError(f"{path}, line {number}: {name} once more; expected one block for it")

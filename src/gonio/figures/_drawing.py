@@ -16,7 +16,7 @@ import numpy as np
 from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
-from ..errors import DependencyError, MissingDataWarning, ParameterError
+from ..errors import MissingDataWarning, ParameterError, needed
 from ..files import replacing, target
 
 if TYPE_CHECKING:
@@ -149,9 +149,8 @@ def _matplotlib() -> Any:
     """Matplotlib; its import fails where MPLBACKEND names an unknown backend, though none is used here."""
     backend = os.environ.pop("MPLBACKEND", None)
     try:
-        import matplotlib
-    except ImportError:
-        raise DependencyError("figures need matplotlib; pip install matplotlib") from None
+        with needed("figures need Matplotlib", "pip install matplotlib"):
+            import matplotlib
     finally:
         if backend is not None:
             os.environ["MPLBACKEND"] = backend

@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from typing import Any, NamedTuple
 
 from ..compile.threads import threads
-from ..errors import DependencyError, NotFoundError, ParameterError, shown
+from ..errors import NotFoundError, ParameterError, needed, shown
 from .processes import Processes
 
 AHEAD = 3
@@ -116,8 +116,6 @@ def _client(scheduler: Any, stack: ExitStack) -> Any:
 
 
 def _distributed() -> Any:
-    try:
+    with needed("fits on clusters need Dask", 'pip install "gonio[fit]"'):
         import distributed
-    except ImportError as error:
-        raise DependencyError(f'fits on clusters need Dask ({error}); pip install "gonio[fit]"') from None
     return distributed

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from ..errors import DependencyError, FormatError, ParameterError, WriteError
+from ..errors import FormatError, ParameterError, WriteError, needed
 from ..files import replacing, target
 from ..files._unfinished import held
 
@@ -122,12 +122,8 @@ def output_file(output: str | os.PathLike[str]) -> Path:
     if suffix not in (".parquet", ".csv"):
         raise ParameterError(f"output={str(output)!r:.200}: got the suffix {suffix!r}; expected .parquet or .csv")
     if suffix == ".parquet":
-        try:
+        with needed(f"{output}: Parquet files need pyarrow", 'pip install "gonio[fit]", or write .csv'):
             import pyarrow.parquet  # noqa: F401  (whether it is there)
-        except ImportError as error:
-            raise DependencyError(
-                f'{output}: Parquet files need pyarrow ({error}); pip install "gonio[fit]", or write .csv'
-            ) from None
     return target(output)
 
 

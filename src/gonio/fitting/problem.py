@@ -14,7 +14,7 @@ from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
-from ..errors import DependencyError, NotFoundError, ParameterError, ShapeError, TraceError
+from ..errors import NotFoundError, ParameterError, ShapeError, TraceError, needed
 from ..evaluate import batch
 from ..evaluate.squares import Squares, squares
 from ..evaluate.tracing import Task
@@ -296,10 +296,8 @@ class Problem:
         >>> print(minimizer.minimize().params["rho"].value)  # doctest: +SKIP
         0.3141592653589793
         """
-        try:
+        with needed("this needs lmfit", 'pip install "gonio[fit]"'):
             import lmfit
-        except ImportError:
-            raise DependencyError('lmfit is not installed; pip install "gonio[fit]"') from None
         low, high = self.bounds
         labels = ["".join(c if c.isalnum() else "_" for c in name).strip("_") for name in self.names]
         labels = [label if label[0].isalpha() else f"p{label}" for label in labels]

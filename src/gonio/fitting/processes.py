@@ -18,7 +18,7 @@ from contextlib import suppress
 from queue import SimpleQueue
 from typing import IO, Any
 
-from ..errors import DependencyError, WorkerError
+from ..errors import WorkerError, needed
 from ..machine.interpreters import interpreters, no_interpreter
 
 TRIES = 3
@@ -32,10 +32,8 @@ class Processes(Executor):
     a new one, `TRIES` times in all. Functions and arguments are sent by cloudpickle."""
 
     def __init__(self, count: int, environment: Mapping[str, Any]):
-        try:
+        with needed("fits by processes need cloudpickle", 'pip install "gonio[fit]"'):
             import cloudpickle
-        except ImportError as error:
-            raise DependencyError(f'fits by processes need cloudpickle ({error}); pip install "gonio[fit]"') from None
         self._packed: Callable[[Any], bytes] = cloudpickle.dumps
         self._environment = {**os.environ, **{name: str(value) for name, value in environment.items()}}
         self._threads = ThreadPoolExecutor(count, "gonio-process")

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
@@ -96,12 +97,8 @@ def _alike(a: Reflectance, b: Reflectance) -> bool:
     u = lattice(512, 4)
     theta, phi = np.arccos(1.0 - u[:, ::2]), 2.0 * np.pi * u[:, 1::2]
     angles = (theta[:, 0], phi[:, 0], theta[:, 1], phi[:, 1])
-    f, g = np.broadcast_arrays(*(_with_channels(m.f_angles(*angles)) for m in (a, b)))
+    f, g = np.broadcast_arrays(*(with_channels(m.f_angles(*angles), 1) for m in (a, b)))
     return bool(np.allclose(f, g, rtol=1e-9, atol=0.0, equal_nan=True))
-
-
-def _with_channels(f: np.ndarray) -> np.ndarray:
-    return f if f.ndim == 2 else f[:, None]
 
 
 def refuse(m: Reflectance, module: ModuleType, formats: Collection[ModuleType]) -> None:

@@ -64,7 +64,7 @@ def read(path: Path, side: Side = None) -> Gridded | Sheet:
     if len(columns) + len(values) != len(names) or not {*ANGLES} - {"phi_i"} <= columns.keys() or not values:
         raise lines.fault(", ".join(names), f"{', '.join(ANGLES)}, each once, and at least one channel")
     rows = lines.rows(len(names))
-    if count not in (None, len(rows)) or not len(rows):
+    if count not in (None, len(rows)):
         raise FormatError(f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct it")
     angles = [rows[:, columns[name]] if name in columns else np.zeros(len(rows)) for name in ANGLES]
     channels = channel_words.of_names([names[k] for k in values])

@@ -51,8 +51,6 @@ def read(path: Path) -> Gridded:
     if not nm or not all(a < b for a, b in pairwise(nm)):
         raise lines.fault(" ".join(words[4:]), "rising wavelengths like 385.65nm after the four angles")
     rows = lines.rows(4 + len(nm), expected="numbers: four angles and a reflectance factor per wavelength")
-    if not len(rows):
-        raise lines.cut_short("rows of numbers")
     angles = upright(LAYOUT.pairs(rows[:, :4]), str(path), LEVEL)
     pairs = Pairs(angles, rows[:, 4:], "reflectance factor", channels=tuple(nm))
     return material(pairs, str(path), {"text": text})

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
-from ..errors import FormatError, NotFoundError, ParameterError
+from ..errors import FormatError, NotFoundError, ParameterError, held_by
 from ..models.oren_nayar import OrenNayar
 from ..tables.scattered import Scattered
 from ._reading import plain_text
@@ -80,11 +80,9 @@ def read(
     if len(values) != 3:
         return _koenderink(values, modes, rgb, str(path))
     rho, sigma, factor = values
-    try:
+    with held_by(f"{path}, sample {about['sample']}"):
         fit = OrenNayar(rho, sigma)
         return factor * fit if kd else fit
-    except ParameterError as error:
-        raise FormatError(f"{path}, sample {about['sample']}: {error}") from None
 
 
 def _row(path: Path, sample: int | None) -> np.ndarray:

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import os
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import groupby
 from typing import Annotated, NamedTuple
 
@@ -26,11 +26,11 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
 from ._layout import Axis, Layout
 from ._optical.angle_tables import (
+    AngleList,
     Asked,
     Channel,
     Filing,
@@ -42,6 +42,7 @@ from ._optical.angle_tables import (
     channel_named,
     from_rows,
     own_table,
+    rising,
     values_at,
 )
 from ._reading import plain_text
@@ -130,12 +131,8 @@ def write(
     path: str | os.PathLike,
     theta_i: IncidentAngles = None,
     theta_o: OutgoingAngles = None,
-    phi: Annotated[
-        Sequence[float] | None, Declared("phi_s - phi_i, 0 is forward", 0.0, 360.0, "degrees", rising=True)
-    ] = None,
-    phi_i: Annotated[
-        Sequence[float] | None, Declared("azimuths that light travels along", -360.0, 360.0, "degrees", rising=True)
-    ] = None,
+    phi: Annotated[AngleList, rising("phi_s - phi_i, 0 is forward", 0.0, 360.0)] = None,
+    phi_i: Annotated[AngleList, rising("azimuths that light travels along", -360.0, 360.0)] = None,
     step: Step = None,
     channel: Channel = None,
 ) -> None:

@@ -24,7 +24,7 @@ import numpy as np
 from ..base.measured import tabular_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
-from ..errors import FormatError, ParameterError
+from ..errors import ParameterError, held_by
 from ..formula.direction import HORIZON
 from ..models._quarters import sheet_of
 from ..models.sheet import Sheet
@@ -205,10 +205,8 @@ def _material(
     values = np.ascontiguousarray(values[..., 0] if gray else values)
     options: dict[str, Any] = {"quantity": QUANTITIES[header["data"]], "path": lines.path, "about": about}
     options |= {"channels": None if gray else tuple(channels), "mirrored": mirrored}
-    try:
+    with held_by(lines.path):
         m = Gridded("specular", axes, values, **options)
-    except ParameterError as error:
-        raise FormatError(f"{lines.path}: {error}") from None
     if relative:
         m = _scaled(m, kbdf.transpose(1, 0, 2))
     centres = lists.get("sigmat", lists["sigma"])

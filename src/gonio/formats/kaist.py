@@ -18,7 +18,7 @@ from ..arrays.kinds import with_channels
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
-from ..errors import FormatError, ParameterError
+from ..errors import FormatError, ParameterError, held_by
 from ..formula.fields import kept
 from ..formula.state import Held, note
 from ..polarization import to_frames
@@ -93,10 +93,8 @@ class KAIST(Polarimetric, Unscanned):
             )
         self._hold(fields_stored=stored)
         f = LAYOUT.table(_first_elements(M), False)
-        try:
+        with held_by(where):
             super().__init__("half_difference", nodes, f, tuple(wavelengths.tolist()), path=path, about=about)
-        except ParameterError as error:
-            raise FormatError(f"{where}: {error}") from None
 
     @property
     def matrices(self) -> np.ndarray:

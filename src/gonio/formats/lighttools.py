@@ -20,7 +20,7 @@ No specification and no real file was seen: the layout is that of libbsdf's read
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import product
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -37,6 +37,7 @@ from ..models.sheet import Sheet
 from ._layout import CHANNEL, Axis, Layout
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
+    AngleList,
     Asked,
     Channel,
     Filed,
@@ -50,6 +51,7 @@ from ._optical.angle_tables import (
     mirrored_x,
     on_grid,
     own_table,
+    rising,
     spectral,
     totals,
 )
@@ -81,6 +83,10 @@ LAYOUT = Layout(
 )
 LISTS = {word: axis.bounds for word, axis in LAYOUT.axes.items() if word.startswith("Scatter")}
 """Those that all tables share."""
+
+
+AS_SEEN = ("front", "backward")
+"""The quarters of a `Sheet` whose azimuths are those of the file: wo is seen from the front."""
 
 
 class Block(NamedTuple):
@@ -143,7 +149,8 @@ def _material(path: Path, sheet: LightToolsFile, quarter: str, blocks: list[Bloc
         raise FormatError(f"{path}: {len(blocks)} tables, expected one for each AOI, POI and channel: {tis.shape}")
     half, angles = sheet.symmetry.lower() == "planesymmetrical", {"AOI": theta_i, "POI": phi_i, **sheet.angles}
     axes, values, half = LAYOUT.read(angles, grid, half, len(phi_i) > 1)
-    axes, values, tis = _turned(quarter, axes, values, tis, half)
+    axes, values = _turned(quarter, axes, values, half)
+    tis = tis if quarter in AS_SEEN else tis[:, ::-1]
     names: tuple[str | float, ...] | None = None if channels == [0.0] else tuple(channels)
     if sheet.content == "XYZ":
         names = tuple("XYZ"[int(k)] for k in channels)
@@ -159,13 +166,10 @@ def _material(path: Path, sheet: LightToolsFile, quarter: str, blocks: list[Bloc
 
 
 def _turned(
-    quarter: str, axes: dict[str, np.ndarray], values: np.ndarray, tis: np.ndarray, half: bool
-) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """A table and its TIS (theta_i, phi_i, channel), turned half a turn about the y axis if seen from behind."""
-    if quarter in ("front", "backward"):
-        return axes, values, tis
-    axes, values = mirrored_x(axes, values, half)
-    return axes, values, tis[:, ::-1]
+    quarter: str, axes: dict[str, np.ndarray], values: np.ndarray, half: bool
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """A table, turned half a turn about the y axis if seen from behind."""
+    return (axes, values) if quarter in AS_SEEN else mirrored_x(axes, values, half)
 
 
 def _quarter(block: Block) -> str:
@@ -242,11 +246,8 @@ def write(
     path: str | os.PathLike,
     theta_i: IncidentAngles = None,
     theta_o: OutgoingAngles = None,
-    phi: Annotated[
-        Sequence[float] | None,
-        Declared("phi_o - phi_i, from 0; phi_o of anisotropic materials", -360.0, 360.0, "degrees", rising=True),
-    ] = None,
-    phi_i: Annotated[Sequence[float] | None, Declared("azimuths of wi", -360.0, 360.0, "degrees", rising=True)] = None,
+    phi: Annotated[AngleList, rising("phi_o - phi_i, from 0; phi_o of anisotropic materials", -360.0, 360.0)] = None,
+    phi_i: Annotated[AngleList, rising("azimuths of wi", -360.0, 360.0)] = None,
     step: Step = None,
     channel: Channel = None,
     wavelength: Annotated[
@@ -314,7 +315,7 @@ def _own_tables(
         if found is None:
             return None
         half = found[0].is_mirrored
-        axes, tables[quarter], _ = _turned(quarter, found[0].axes, found[1], np.zeros((1, 1, 1)), half)
+        axes, tables[quarter] = _turned(quarter, found[0].axes, found[1], half)
         grids.append((axes, half))
     axes, half = grids[0]
     same = all(h == half and list(a) == list(axes) and all(_same(a[n], axes[n]) for n in a) for a, h in grids)
@@ -335,11 +336,11 @@ def _sampled(
         given = shown(asked.angles["ScatterAzimuth"])
         raise ParameterError(f"phi={given}: expected angles from 0 to 360 degrees, for an isotropic material")
     axes = {axis.name: np.radians(angles[word]) for word, axis in LAYOUT.grid(oriented).items()}
-    half, nothing = not oriented and phi[-1] <= 180.0, np.zeros((1, 1, 1))
+    half = not oriented and phi[-1] <= 180.0
     tables = {}
     for quarter, part in parts.items():
-        seen, _, _ = _turned(quarter, axes, np.empty(tuple(map(len, axes.values()))), nothing, half)
-        _, tables[quarter], _ = _turned(quarter, seen, on_grid(part, "angles", seen), nothing, half)
+        seen, _ = _turned(quarter, axes, np.empty(tuple(map(len, axes.values()))), half)
+        _, tables[quarter] = _turned(quarter, seen, on_grid(part, "angles", seen), half)
     return axes, half, tables
 
 

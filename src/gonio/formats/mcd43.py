@@ -28,7 +28,7 @@ import numpy as np
 from ..arrays import frozen, ops
 from ..base.measured import Measured
 from ..declared.arguments import Declared
-from ..errors import DependencyError, FormatError, MissingDataWarning, NotFoundError, ParameterError, warn
+from ..errors import DependencyError, FormatError, MissingDataWarning, NotFoundError, ParameterError, held_by, warn
 from ..formula.state import Held, immutable, note
 from ..formula.text import listed, shown
 from ..models.ross_li import RossLi
@@ -200,10 +200,8 @@ def read_dataset(
         about["quality"] = flags
     places = {d: ds[d].values for d in ("y", "x") if d in ds.variables and ds[d].dims == (d,)}
     places = {d: x for d, x in places.items() if x.dtype.kind in "iuf" and len(x) == weights.shape[1 + "yx".index(d)]}
-    try:
+    with held_by(path):
         return MCD43(Days(weights, bands, days, places), time, path=path, about=about)
-    except ParameterError as error:
-        raise FormatError(f"{path}: {error}") from None
 
 
 def _band(wanted: float | str, bands: tuple[str, ...], path: str) -> int:

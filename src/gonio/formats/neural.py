@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from ..arrays import frozen, ops
-from ..errors import DependencyError, FormatError, NotFoundError, ParameterError
+from ..errors import FormatError, ParameterError, needed
 from ..files import replacing
 from ..formula.direction import Direction, half_difference
 from ..formula.fields import Table, channels, table
@@ -116,18 +116,14 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(path: Path) -> Neural:
     """The network in a file. Raises FormatError where its layers are others."""
-    try:
+    with needed(f"{path}: reading HDF5 needs h5py", "install it with: pip install h5py"):
         import h5py
-    except ImportError:
-        raise DependencyError(f"{path}: reading HDF5 needs h5py; install it with: pip install h5py") from None
     if (size := Path(path).stat().st_size) > LARGEST:
         raise FormatError(f"{path}: {size} bytes, expected a few weights, in at most {LARGEST}")
     try:
         with h5py.File(path, "r") as file:
             kernels, biases = zip(*(_layer(file, k, shape) for k, shape in enumerate(SHAPES, start=1)), strict=True)
-    except FileNotFoundError:
-        raise NotFoundError(f"{path}: no such file") from None
-    except MemoryError:
+    except (FileNotFoundError, MemoryError):
         raise
     except Exception as error:  # h5py raises any of damaged files
         raise FormatError(f"{path}: damaged, or no network of 6, 21, 21 and 3 neurons: {error}") from None

@@ -16,7 +16,6 @@ import numpy as np
 from ..arrays import frozen, ops
 from ..base.angles import direction
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..formula.state import note
 from ..polarization import realisable, to_frames
 from ..tables.interpolation import Rows, interpolated
@@ -55,8 +54,6 @@ def read(path: Path) -> MuellerRows:
     if len(names) != COLUMNS:
         raise lines.fault(f"{len(names)} column names", f"{COLUMNS}: lambda, 4 angles, f_r11 and 15 elements")
     rows = lines.rows(COLUMNS, expected="numbers: lambda, 4 angles, f_r11 and 15 elements")
-    if not len(rows):
-        raise FormatError(f"{path}: holds no rows below the column names, expected at least one")
     return MuellerRows(rows, names, str(path))
 
 
@@ -64,9 +61,7 @@ def write(m: MuellerRows, path: Path) -> None:
     """Write the rows as they were read, number by number."""
     if not isinstance(m, MuellerRows):
         raise ParameterError(f"{m!r:.80}: expected a Mueller matrix table; save f alone as 'BiRD' or netCDF")
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.write(",".join(m.about["columns"]) + "\n")
-        file.writelines(plain_text.join(m.table, ","))
+    plain_text.write(path, [",".join(m.about["columns"]) + "\n"], m.table, ",")
 
 
 class MuellerRows(Polarimetric, Scattered):

@@ -22,7 +22,6 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..models.sheet import Sheet
 from ..numerics.unique_rows import unique_rows
 from ..tables.gridded import Gridded
@@ -70,8 +69,7 @@ def read(
         others, _ = _one(other)
         if (others.quantity, others.channels) != (pairs.quantity, pairs.channels):
             raise FormatError(f"{other}: holds {others.quantity} {others.channels or ''}, expected the same as {path}")
-        angles, values = np.concatenate([pairs.angles, others.angles]), np.concatenate([pairs.values, others.values])
-        pairs = pairs._replace(angles=angles, values=values)
+        pairs = direction_pairs.together([pairs, others])
     return direction_pairs.material(pairs, str(path), about, side)
 
 
@@ -95,8 +93,6 @@ def _one(path: str | os.PathLike) -> tuple[direction_pairs.Pairs, dict[str, Any]
     theta_i, phi_i = _incident(lines, numbers)
     xyz = about.get("colorimetry", "").strip().upper() == "CIE-XYZ"
     rows = lines.rows(5 if xyz else 3, expected="numbers: theta, phi and values")
-    if not len(rows):
-        raise lines.cut_short("rows of theta, phi and values")
     angles = LAYOUT.pairs(np.insert(rows[:, :2], [0, 0], [theta_i, phi_i], axis=1))
     values, channels = (rows[:, 2:], CHANNELS) if xyz else (rows[:, 2], None)
     return direction_pairs.Pairs(angles, values, quantity, channels=channels), about
@@ -153,14 +149,12 @@ def write(
         raise ParameterError(f"{m!r:.80}: has {len(lit_from)} incident directions there, {rule}")
     degrees = LAYOUT.columns(pairs.angles)
     theta, phi = (plain_text.number(x) for x in degrees[0, :2])
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.writelines(f"#{key}{':' if key == 'colorimetry' else ''} {value}\n" for key, value in _heads(m).items())
-        if pairs.channels:
-            file.write("#colorimetry: CIE-XYZ\n")
-        file.write(f"#incident_angle {theta} {phi}\n#intheta {theta}\n#inphi {phi}\n")
-        file.write(f"#datapoints_in_file: {len(degrees)}\n")
-        file.write(f"#format: theta phi {'BSDF' if pairs.quantity == 'brdf' else 'DSF'}\n")
-        file.writelines(plain_text.join(np.concatenate([degrees[:, 2:], pairs.columns()], axis=1), "\t"))
+    lines = [f"#{key}{':' if key == 'colorimetry' else ''} {value}\n" for key, value in _heads(m).items()]
+    lines += ["#colorimetry: CIE-XYZ\n"] if pairs.channels else []
+    lines.append(f"#incident_angle {theta} {phi}\n#intheta {theta}\n#inphi {phi}\n")
+    lines.append(f"#datapoints_in_file: {len(degrees)}\n")
+    lines.append(f"#format: theta phi {'BSDF' if pairs.quantity == 'brdf' else 'DSF'}\n")
+    plain_text.write(path, lines, np.concatenate([degrees[:, 2:], pairs.columns()], axis=1), "\t")
 
 
 def _heads(m: Reflectance) -> dict[str, str]:

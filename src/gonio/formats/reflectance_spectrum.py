@@ -11,7 +11,6 @@ Uncertainties that do not say whether they are standard or expanded ones are tak
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -19,7 +18,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.measured import Measured
-from ..declared.arguments import ABOVE_ZERO, Declared
+from ..declared.arguments import Declared
 from ..errors import FormatError, MeaningWarning, ParameterError, warn
 from ..files.cells import decimal_sign, delimiter_of, split
 from ..formula.state import note
@@ -28,6 +27,7 @@ from ..tables.angle_systems import ANGLES
 from ._laboratory.names import UNCERTAINTY, WAVELENGTH, WAVELENGTH_UNITS, meaning, nanometres, unit_of
 from ._laboratory.spectra import REFLECTANCE, WORDS, SpectrumColumns, Stated, column, names_in
 from ._reading import plain_text
+from .csv_table import Coverage, Spread
 
 if TYPE_CHECKING:
     import xarray
@@ -139,13 +139,6 @@ Quantity = Annotated[
     str | None, Declared("that the values are reflectances, whatever their name says", words=(REFLECTANCE,))
 ]
 ValueUnit = Annotated[str | None, Declared("unit of reflectances whose name has none", words=("1", "%"))]
-Coverage = Annotated[
-    float | None, Declared("coverage factor k of the uncertainties, which are divided by it", ABOVE_ZERO, 10.0)
-]
-Spread = Annotated[
-    str | None,
-    Declared("whether uncertainties are shares of the values, or of their unit", words=("relative", "absolute")),
-]
 Decimal = Annotated[str | None, Declared("decimal sign, where a comma has two readings", words=(".", ","))]
 
 
@@ -242,8 +235,7 @@ def write(m: ReflectanceSpectrum, path: Path) -> None:
     if not isinstance(m, ReflectanceSpectrum):
         raise ParameterError(f"{m!r:.80}: expected a reflectance spectrum; others need a format with directions")
     names = " ".join(("wavelength[nm]", "reflectance[1]", "u[1]")[: m.rows.shape[1]])
-    above = chain((f"# {line}\n" for line in m.about.get("text", [])), (names + "\n",))
-    plain_text.write(path, chain(above, plain_text.join(m.rows)))
+    plain_text.write(path, [*(f"# {line}\n" for line in m.about.get("text", [])), names + "\n"], m.rows)
 
 
 class ReflectanceSpectrum(Lambertian, Measured):

@@ -17,7 +17,7 @@ import struct
 from pathlib import Path
 from typing import Any
 
-from ..errors import DependencyError, FormatError
+from ..errors import FormatError, needed
 from ..tables.gridded import Gridded
 from ._optical import rt300s
 
@@ -65,11 +65,9 @@ def read(path: str | os.PathLike) -> Gridded:
 
 def _sheets(path: Path) -> list[list[list[Any]]]:
     """Cells of a workbook, by sheet, row and column."""
-    try:
+    with needed(f"{path}: workbooks are read with xlrd", "install it: pip install 'gonio[io]'"):
         import xlrd
         import xlrd.compdoc
-    except ImportError:
-        raise DependencyError(f"{path}: workbooks are read with xlrd; install it: pip install 'gonio[io]'") from None
     # xlrd checks little: damaged files raise any of these.
     faults = (xlrd.XLRDError, xlrd.compdoc.CompDocError, struct.error, LookupError, ValueError, TypeError)
     more = (ArithmeticError, AssertionError, AttributeError, NotImplementedError, RecursionError, MemoryError)

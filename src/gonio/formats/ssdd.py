@@ -24,7 +24,7 @@ import numpy as np
 from ..base.measured import tristimulus
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
-from ..errors import FormatError, ParameterError
+from ..errors import FormatError, ParameterError, held_by
 from ..files import replacing
 from ..models.sheet import Sheet
 from ..tables.angle_systems import SYSTEMS, angle_system
@@ -200,7 +200,7 @@ def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
     values = np.ascontiguousarray(values if channels is not None else values[..., 0])
     about = {k: v for k, v in about.items() if v != ""}
     theta, offsets = lists["PARAM0_LIST"], lists["PARAM4_LIST"]
-    try:
+    with held_by(path):
         if kind == "specular" and offsets.any():
             if len(offsets) != len(theta):
                 raise FormatError(f"{path}: PARAM4_LIST: {len(offsets)} offsets, expected {len(theta)} as PARAM0_LIST")
@@ -208,8 +208,6 @@ def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
         periods = {"phi_d": period} if kind == "half_difference" else None
         named: dict[str, Any] = {"channels": channels, "mirrored": mirrored, "periods": periods}
         return Gridded(kind, axes, values, **named, path=path, about=about)
-    except ParameterError as error:
-        raise FormatError(f"{path}: {error}") from None
 
 
 def write(

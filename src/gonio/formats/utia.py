@@ -24,14 +24,14 @@ import numpy as np
 from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
 from ..declared.arguments import ABOVE_ZERO, Declared
-from ..errors import FormatError, ParameterError
-from ..files import replacing
+from ..errors import FormatError, ParameterError, expect_one_of
 from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
 from ..pictures.image import Image, read_image
 from ..tables.rows import ROW_ANGLES
 from ._layout import CHANNEL, Axis, Layout
+from ._reading import large_tables
 from ._reading.large_tables import LARGE, Unscanned, expect_channels, numbers
 
 NAME = "UTIA"
@@ -85,8 +85,7 @@ class UTIA(Unscanned):
 
     def __init__(self, raw: Any, decoding: str = "linear", theta_step: float | None = None, path: str = ""):
         raw = kept(raw)
-        if decoding not in DECODINGS:
-            raise ParameterError(f"decoding={decoding!r}: expected one of {', '.join(map(repr, DECODINGS))}")
+        expect_one_of(DECODINGS, "decoding", decoding)
         grid = raw.shape[1:3]
         if raw.shape != (3, *grid, *grid) or grid not in GRIDS:
             listed = " or ".join(str((3, *g, *g)) for g in GRIDS)
@@ -196,8 +195,7 @@ def write(m: Reflectance, path: Path) -> None:
         side = math.prod(raw.shape[1:3])
         Image(np.moveaxis(raw.reshape(3, side, side), 0, -1)).save(path)
         return
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        raw.astype("<f8", copy=False).tofile(file)
+    large_tables.write(path, raw.astype("<f8", copy=False))
 
 
 def _tabulated(m: Reflectance) -> np.ndarray:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..base.reflectance import Reflectance
-from ..errors import DependencyError, FormatError
+from ..errors import FormatError, needed
 from ..files import replacing
 from ..machine.aside import apart
 from ..tables.dataset import of_file
@@ -101,11 +101,9 @@ def _content(ds: xarray.Dataset, encoding: Any) -> io.BytesIO:
 
 
 def _libraries() -> None:
-    try:
+    with needed("netCDF files need h5netcdf and h5py", "pip install h5netcdf h5py"):
         import h5netcdf  # noqa: F401  (whether they are there)
         import h5py  # noqa: F401  (whether they are there)
-    except ImportError as error:
-        raise DependencyError(f"netCDF files need {error.name}; pip install h5netcdf h5py") from None
 
 
 def _opened(path: Path, names: list[str], **options: Any) -> xarray.Dataset:

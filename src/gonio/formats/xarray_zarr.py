@@ -16,7 +16,7 @@ from typing import Any
 
 from .. import files
 from ..base.reflectance import Reflectance
-from ..errors import DependencyError, FormatError
+from ..errors import FormatError, needed
 from ..files import replacing, replacing_folder
 from ..machine.aside import apart
 from ..tables.dataset import of_file
@@ -120,10 +120,8 @@ def _foreign(folder: Path) -> str | None:
 
 
 def _library() -> Any:
-    try:
+    with needed("Zarr stores need zarr", "pip install 'gonio[io]'"):
         import zarr
-    except ImportError as error:
-        raise DependencyError(f"Zarr stores need {error.name}; pip install 'gonio[io]'") from None
     return zarr
 
 

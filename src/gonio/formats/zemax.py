@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -46,6 +46,7 @@ from ..models.sheet import Sheet
 from ._layout import CHANNEL, Axis, Layout
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
+    AngleList,
     Angles,
     Asked,
     Channel,
@@ -56,6 +57,7 @@ from ._optical.angle_tables import (
     as_filed,
     increasing,
     own_table,
+    rising,
     spectral,
     steps,
     tabulated,
@@ -204,16 +206,11 @@ def write(
     m: Reflectance,
     path: str | os.PathLike,
     aoi: IncidentAngles = None,
-    radial: Annotated[
-        Sequence[float] | None, Declared("angles from the mirror direction", 0.0, 180.0, "degrees", rising=True)
-    ] = None,
+    radial: Annotated[AngleList, rising("angles from the mirror direction", 0.0, 180.0)] = None,
     azimuth: Annotated[
-        Sequence[float] | None,
-        Declared("azimuths about the mirror direction, 0 is towards the normal", 0.0, 360.0, "degrees", rising=True),
+        AngleList, rising("azimuths about the mirror direction, 0 is towards the normal", 0.0, 360.0)
     ] = None,
-    rotation: Annotated[
-        Sequence[float] | None, Declared("turns of the sample, counterclockwise", -360.0, 360.0, "degrees", rising=True)
-    ] = None,
+    rotation: Annotated[AngleList, rising("turns of the sample, counterclockwise", -360.0, 360.0)] = None,
     step: Step = None,
     channel: Channel = None,
     kind: Annotated[

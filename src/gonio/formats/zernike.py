@@ -68,8 +68,6 @@ def read(
     """The expansion in a file. Raises FormatError with the line where a row is no mode."""
     lines = plain_text.read(path, COMMENTS)
     rows = lines.rows(len(COLUMNS), expected="numbers i, j, n, m, k, l, p, coefficient")
-    if not len(rows):
-        raise FormatError(f"{path}: holds no rows, expected {', '.join(COLUMNS)} of at least one mode")
     return Zernike(rows, wavelengths, path=str(path))
 
 

@@ -296,10 +296,9 @@ def disney_from_alphas(alpha_x: AboveZero, alpha_y: Rough) -> tuple[Any, Any]:
     0.5318 0.5556
     """
     x, y = np.asarray(alpha_x), np.asarray(alpha_y)
-    ratio = in_range(
-        "alpha_y/alpha_x", y / x, Declared("x is the direction of the greater alpha", 0.1 - 1e-12, 1.0 + 1e-12)
-    )
-    return np.power(np.asarray(x) * y, 0.25)[()], np.clip((1.0 - ratio) / 0.9, 0.0, 1.0)[()]
+    range_ = Declared("x is the direction of the greater alpha", 0.1 - 1e-12, 1.0 + 1e-12)
+    ratio = in_range("alpha_y/alpha_x", y / x, range_)
+    return np.power(x * y, 0.25)[()], np.clip((1.0 - ratio) / 0.9, 0.0, 1.0)[()]
 
 
 @convert
@@ -356,16 +355,9 @@ def gltf_from_alphas(alpha_x: Share, alpha_y: BelowOne) -> tuple[Any, Any]:
     0.4472 0.5
     """
     x, y = np.asarray(alpha_x), np.asarray(alpha_y)
-    strength2 = (np.asarray(x) - y) / (1.0 - np.asarray(y))
-    return np.sqrt(y), np.sqrt(
-        np.clip(
-            in_range(
-                "anisotropy strength^2", strength2, Declared("x is the direction of the greater alpha", -1e-12, 1.0)
-            ),
-            0.0,
-            1.0,
-        )
-    )[()]
+    range_ = Declared("x is the direction of the greater alpha", -1e-12, 1.0)
+    strength2 = in_range("anisotropy strength^2", (x - y) / (1.0 - y), range_)
+    return np.sqrt(y), np.sqrt(np.clip(strength2, 0.0, 1.0))[()]
 
 
 # Matte surfaces.

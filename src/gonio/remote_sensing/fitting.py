@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import labels, ops
 from ..arrays.labels import Labels, is_named
 from ..declared.arguments import checked
-from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, ShapeError, warn
+from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, ShapeError, expect_one_of, warn
 from ..models.ross_li import GEOMETRIC, VOLUMETRIC, RossLi
 from . import kernels
 from .kernels import check_angles
@@ -128,9 +128,8 @@ def fit_kernels(
     >>> gn.remote_sensing.fit_kernels(measured, sun, view, phi).weights.round(6)
     array([0.2 , 0.1 , 0.03])
     """
-    for word, known, name in ((volumetric, VOLUMETRIC, "volumetric"), (geometric, GEOMETRIC, "geometric")):
-        if word not in known:
-            raise ParameterError(f"{name}={word!r:.60}: expected one of {', '.join(map(repr, known))}")
+    expect_one_of(VOLUMETRIC, "volumetric", volumetric)
+    expect_one_of(GEOMETRIC, "geometric", geometric)
     inputs = {"brf": brf, "theta_s": theta_s, "theta_v": theta_v, "phi": phi, "u": u}
     for name, x in inputs.items():
         if x is None and name != "u":

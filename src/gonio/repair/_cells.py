@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -26,12 +26,6 @@ BATCH = 1 << 20
 
 ROUNDING = 1e-14
 """Relative change of f up to which a cell counts as unchanged."""
-
-
-def expect_one_of(words: Collection[str], argument: str, value: object) -> None:
-    """Raises ParameterError for a value that is none of the words."""
-    if value not in words:
-        raise ParameterError(f"{argument}={value!r}: expected one of {', '.join(map(repr, words))}")
 
 
 class Cells:

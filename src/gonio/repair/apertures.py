@@ -13,11 +13,11 @@ from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
-from ..errors import ParameterError, ShapeError
+from ..errors import ParameterError, ShapeError, expect_one_of
 from ..formula.direction import HORIZON
 from ..integrals.over_hemisphere import directions
 from ..tables.gridded import Gridded
-from ._cells import BATCH, Cells, Values, evaluated, expect_one_of, relative, spread
+from ._cells import BATCH, Cells, Values, evaluated, relative, spread
 
 Opening = float | tuple[float, float]
 """Half-angle [rad] of a round aperture, or half-angles along theta and across of a rectangular one; 0: a point."""

@@ -14,11 +14,11 @@ from ..base.angles import angles, direction
 from ..base.measured import Measured
 from ..declared.arguments import checked
 from ..distributions.ggx import GGX
-from ..errors import ParameterError
+from ..errors import ParameterError, expect_one_of
 from ..formula.fresnel.schlick import Schlick
 from ..models.microfacet import Microfacet
 from ..tables.gridded import Gridded
-from ._cells import Cells, evaluated, expect_one_of, like, relative, spread, variances
+from ._cells import Cells, evaluated, like, relative, spread, variances
 
 METHODS = ("hold", "linear in cosine", "model")
 STEP = math.radians(5.0)

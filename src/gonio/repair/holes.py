@@ -9,9 +9,9 @@ import numpy as np
 
 from ..base.measured import Measured
 from ..declared.arguments import checked
-from ..errors import ToleranceWarning, warn
+from ..errors import ToleranceWarning, expect_one_of, warn
 from ..numerics.filling import filled_in_layers
-from ._cells import Cells, expect_one_of, relative
+from ._cells import Cells, relative
 
 if TYPE_CHECKING:
     from ..tables.gridded import Gridded

@@ -15,7 +15,7 @@ from ..base.provenance import derived
 from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
-from ..tables.nodes import above
+from ..tables.nodes import above, bracketed
 from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
 from ._cells import Cells, reported, spread
@@ -189,8 +189,8 @@ def _interpolated(at: np.ndarray, line: _Line) -> tuple[np.ndarray, np.ndarray]:
     if len(x) == 1:
         lower, upper, w = np.zeros(len(at), int), np.zeros(len(at), int), np.zeros(len(at))
     else:
-        lower = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
-        upper, w = lower + 1, (at - x[lower]) / (x[lower + 1] - x[lower])
+        lower, w, _ = bracketed(x, at)
+        upper = lower + 1
     w = w[:, None]
     f = (1.0 - w) * line.f[lower] + w * line.f[upper]
     if line.u is None:

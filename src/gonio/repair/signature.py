@@ -10,9 +10,9 @@ import numpy as np
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
-from ..errors import ParameterError
+from ..errors import ParameterError, expect_one_of
 from ..tables.gridded import Gridded
-from ._cells import Cells, evaluated, expect_one_of, variances
+from ._cells import Cells, evaluated, variances
 
 NEGATIVES = ("keep", "zero", "missing")
 

@@ -10,9 +10,10 @@ import numpy as np
 from ..arrays.kinds import with_channels
 from ..base.measured import Measured
 from ..declared.arguments import checked
+from ..errors import expect_one_of
 from ..tables.gridded import Gridded
-from ..tables.nodes import f_at
-from ._cells import Cells, changes_of_all, expect_one_of, floor, like, reported, spread, variances
+from ..tables.nodes import bracketed, f_at
+from ._cells import Cells, changes_of_all, floor, like, reported, spread, variances
 
 KINDS = ("reciprocity", "isotropy", "plane")
 SAME = 1e-5
@@ -189,10 +190,7 @@ def _arcs(nodes: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _bracketed(nodes: np.ndarray, angles: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Numbers of the nodes around each angle, and the weight of the second."""
-    closed = np.append(nodes, nodes[0] + period)
-    angles = nodes[0] + (angles - nodes[0]) % period
-    lower = np.clip(np.searchsorted(closed, angles, side="right") - 1, 0, len(nodes) - 1)
-    w = (angles - closed[lower]) / (closed[lower + 1] - closed[lower])
+    lower, w, _ = bracketed(nodes, nodes[0] + (angles - nodes[0]) % period, period)
     return lower, (lower + 1) % len(nodes), w
 
 

@@ -54,15 +54,15 @@ class Interpolated(Sampled):
             for k, (axis, nodes) in enumerate(zip(self.layout, self.axes.values(), strict=True))
             if axis.spacing == "uneven"
         }
-        return {**fixed, "values": Roomy(self._flat), **uneven}
+        return {**fixed, "values": Roomy(lambda: self._flat(self.brdf(), self.width)), **uneven}
 
-    def _flat(self) -> np.ndarray:
-        """f at the nodes with the circles closed, flat, with one entry more: kernels gather pairs."""
+    def _flat(self, values: np.ndarray, width: int) -> np.ndarray:
+        """Values at the nodes, `width` of each, circles closed, flat, with one entry more: kernels gather pairs."""
         grid, sizes = tuple(map(len, self.axes.values())), tuple(axis.size for axis in self.layout)
-        flat = np.empty(math.prod(sizes) * self.width + 1)
+        flat = np.empty(math.prod(sizes) * width + 1)
         flat[-1] = 0.0
-        closed = flat[:-1].reshape(*sizes, self.width)
-        closed[tuple(map(slice, grid))] = self.brdf().reshape(*grid, self.width)
+        closed = flat[:-1].reshape(*sizes, width)
+        closed[tuple(map(slice, grid))] = values.reshape(*grid, width)
         for k, (size, nodes) in enumerate(zip(sizes, grid, strict=True)):
             if size > nodes:
                 along = np.moveaxis(closed, k, 0)

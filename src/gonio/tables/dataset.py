@@ -12,7 +12,7 @@ from ..base.provenance import ORIGIN, derived, origin
 from ..base.reflectance import Reflectance
 from ..base.reradiation import warn_of_reradiation
 from ..declared.arguments import checked
-from ..errors import FormatError, ParameterError, shown
+from ..errors import FormatError, ParameterError, held_by, shown
 from ..formula.fields import Ours
 from . import dataset_layout
 from .angle_systems import angle_system
@@ -93,10 +93,8 @@ def _measurement(ds: xarray.Dataset, path: str, copied: bool) -> Gridded:
         raise FormatError(f"{where}: gonio_schema is {version!r}, expected {dataset_layout.VERSION!r}; update gonio")
     if "values" not in ds:
         raise FormatError(f"{where}: has no variable values; its variables: {', '.join(map(str, ds))}")
-    try:
+    with held_by(where):
         return _scattered(ds, path, where) if ROW in ds["values"].dims else _gridded(ds, path, where, copied)
-    except ParameterError as error:
-        raise FormatError(f"{where}: {error}") from None
 
 
 def _gridded(ds: xarray.Dataset, path: str, where: str, copied: bool) -> Gridded:

@@ -170,17 +170,20 @@ class Gridded(Interpolated):
         >>> print(dict(m.data.sizes), m.data.attrs["quantity"])
         {'theta_i': 2, 'theta_o': 2, 'phi': 1} brdf
         """
+        own = {"mirrored": self.is_mirrored, "periods": self.periods, "interpolation": self.interpolation}
+        return self._dataset(self.axes, list(self.axes), **own)
+
+    def _dataset(self, axes: Mapping[str, np.ndarray], dims: Sequence[str], **own: Any) -> xarray.Dataset:
+        """The numbers as stored along `dims`, with the attributes of all measurements and these."""
         return dataset_layout.dataset(
-            self.axes,
-            list(self.axes),
+            axes,
+            dims,
             self.stored,
             self.uncertainty,
             self.channel_names,
             parameterisation=self.parameterisation,
             quantity=self.quantity,
-            mirrored=self.is_mirrored,
-            periods=self.periods,
-            interpolation=self.interpolation,
+            **own,
             outside=self.outside,
             source=self.path,
             about=self.about,
@@ -331,7 +334,11 @@ class Gridded(Interpolated):
         # Neighbouring wavelengths err alike, so that standard uncertainties are interpolated as values are.
         u = None if self.uncertainty is None else Ours(between(self.uncertainty, known, wavelengths))
         names = tuple(map(float, wavelengths)) if np.ndim(wavelengths) else None
-        return self.with_table(Ours(between(self.stored, known, wavelengths)), u, channels=names)
+        return self._with_stored(Ours(between(self.stored, known, wavelengths)), u, channels=names)
+
+    def _with_stored(self, values: Any, uncertainty: Any, **other: Any) -> Gridded:
+        """A measurement at the same pairs with other values, uncertainties and arguments."""
+        return self.with_table(values, uncertainty, **other)
 
     def _key(self) -> tuple:
         compared = ("parameterisation", "quantity", "is_mirrored", "periods", "channel_names", "uncertainty")

@@ -85,7 +85,7 @@ def needed(
             if count >= len(x):
                 break
             nodes = _spread(x, count, around.get(name))
-            low, weight, closed = _between(nodes, at[name], around.get(name))
+            low, weight, closed = bracketed(nodes, at[name], around.get(name))
             ends = np.stack([f(**{name: closed[low + k]}) for k in (0, 1)])
             shares = np.where(np.isfinite(ends), np.stack([1.0 - weight, weight])[..., None], 0.0)
             with np.errstate(invalid="ignore", divide="ignore"):  # as a table leaves out nodes without data
@@ -103,7 +103,9 @@ def _spread(x: np.ndarray, count: int, period: float | None) -> np.ndarray:
     return x[np.linspace(0, len(x) - 1, count).round().astype(int)]
 
 
-def _between(nodes: np.ndarray, angle: np.ndarray, period: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def bracketed(
+    nodes: np.ndarray, angle: np.ndarray, period: float | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The number of the node below each angle, the weight of the next, and the nodes, closed around a circle."""
     closed = nodes if period is None else np.append(nodes, nodes[0] + period)
     low = np.clip(np.searchsorted(closed, angle, side="right") - 1, 0, len(closed) - 2)

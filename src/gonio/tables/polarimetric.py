@@ -34,20 +34,8 @@ class Polarimetric(Interpolated):
         """Mueller matrices at the nodes (grid...[, C], 4, 4) [1/sr], in the axes of the facet."""
 
     def _looked_up(self) -> dict[str, Fixed]:
-        return {**super()._looked_up(), "elements": Roomy(self._flat_elements)}
-
-    def _flat_elements(self) -> np.ndarray:
-        """The matrices with the circles closed, flat, with one entry more."""
-        grid, sizes = tuple(map(len, self.axes.values())), tuple(axis.size for axis in self.layout)
-        flat = np.empty(math.prod(sizes) * self.width * 16 + 1)
-        flat[-1] = 0.0
-        closed = flat[:-1].reshape(*sizes, self.width * 16)
-        closed[tuple(map(slice, grid))] = self.facet_matrices().reshape(*grid, self.width * 16)
-        for k, (size, nodes) in enumerate(zip(sizes, grid, strict=True)):
-            if size > nodes:
-                along = np.moveaxis(closed, k, 0)
-                along[-1] = along[0]
-        return flat
+        elements = Roomy(lambda: self._flat(self.facet_matrices(), self.width * 16))
+        return {**super()._looked_up(), "elements": elements}
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         (corners, beyond), channel = self.corners(wi, wo), ops.to_index(self.channel)

@@ -16,7 +16,6 @@ from ..base.quantities import quantity_named, suspect_units, to_brdf
 from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..formula.fields import Ours
-from ..formula.spectrum import between
 from ..formula.state import derived, freeze, note
 from . import dataset_layout
 from .angle_systems import SYSTEMS
@@ -147,36 +146,21 @@ class Scattered(Gridded):
         if grouped.get("outside", self.outside) == self.outside:
             return super()._replaced(grouped)
         other = self._made_of()  # of this class, whose own constructor may take the rows of a file
-        Scattered.__init__(
-            other,
-            **dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
-            values=self.stored,
-            quantity=self.quantity,
-            uncertainty=self.uncertainty,
-            channels=self.channel_names,
-            isotropic=not self.is_oriented(),
-            outside=grouped["outside"],
-            path=self.path,
-            about=self.about,
-        )
+        Scattered.__init__(other, **{**self._arguments_of_rows(), "outside": grouped["outside"]})
         attributes = self.__dict__
         other._hold(**{n: attributes[n] for n in self.beside if n in attributes and n not in other.__dict__})
         return other._replaced(grouped)
 
-    def _between(self, known: np.ndarray, wavelengths: Any) -> Any:
-        u = None if self.uncertainty is None else Ours(between(self.uncertainty, known, wavelengths))
-        new = Scattered(
-            **dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
-            values=Ours(between(self.stored, known, wavelengths)),
-            quantity=self.quantity,
-            uncertainty=u,
-            channels=tuple(map(float, wavelengths)) if np.ndim(wavelengths) else None,
-            isotropic=not self.is_oriented(),
-            outside=self.outside,
-            path=self.path,
-            about=self.about,
-        )
+    def _with_stored(self, values: Any, uncertainty: Any, **other: Any) -> Gridded:
+        new = Scattered(**{**self._arguments_of_rows(), "values": values, "uncertainty": uncertainty, **other})
         return new.with_notes(provenance=derived_from(self))
+
+    def _arguments_of_rows(self) -> dict[str, Any]:
+        """The arguments of `Scattered` that made this."""
+        same = ("quantity", "uncertainty", "outside", "path", "about")
+        renamed = {"values": self.stored, "channels": self.channel_names, "isotropic": not self.is_oriented()}
+        rows = dict(zip(ROW_ANGLES, self.rows.T, strict=True))
+        return {**rows, **{name: getattr(self, name) for name in same}, **renamed}
 
     def row_brdf(self) -> tuple[np.ndarray, np.ndarray | None]:
         """f [1/sr] of the rows, (n,) or (n, C), and its standard uncertainty.
@@ -204,20 +188,8 @@ class Scattered(Gridded):
         >>> print(dict(m.data.sizes))
         {'measurement': 15}
         """
-        return dataset_layout.dataset(
-            dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
-            [dataset_layout.ROW],
-            self.stored,
-            self.uncertainty,
-            self.channel_names,
-            parameterisation=self.parameterisation,
-            quantity=self.quantity,
-            isotropic=not self.is_oriented(),
-            outside=self.outside,
-            source=self.path,
-            about=self.about,
-            provenance=self.provenance,
-        )
+        rows = dict(zip(ROW_ANGLES, self.rows.T, strict=True))
+        return self._dataset(rows, [dataset_layout.ROW], isotropic=not self.is_oriented())
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes of the grid.

@@ -121,8 +121,11 @@ class Quoted:
         >>> print(q.text(k=2.0).split(" (")[0])
         0.314 ± 0.013
         """
+        return self._in_words(k, f"k = {k:g}: ")
+
+    def _in_words(self, k: float, factor: str = "") -> Any:
         return _each(
-            lambda v, u, *parts: f"{rounded(v, k * u, ' ± ')} (k = {k:g}: {components(k, *parts)})",
+            lambda v, u, *parts: f"{rounded(v, k * u, ' ± ')} ({factor}{components(k, *parts)})",
             *(self.value, self.u, self.u_noise, self.u_interpolation),
         )
 
@@ -152,11 +155,7 @@ class Quoted:
         return str(_each(rounded, self.value, self.u)).replace("'", "")
 
     def __repr__(self) -> str:
-        each = _each(
-            lambda v, u, *parts: f"{rounded(v, u, ' ± ')} ({components(1.0, *parts)})",
-            *(self.value, self.u, self.u_noise, self.u_interpolation),
-        )
-        return str(each).replace("'", "")
+        return str(self._in_words(1.0)).replace("'", "")
 
 
 def _each(write: Any, *numbers: Any) -> Any:

@@ -16,7 +16,7 @@ from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...base.textured import require_numbers
 from ...declared.arguments import checked
-from ...errors import DependencyError, ParameterError
+from ...errors import ParameterError, needed
 from ...lights.environment import EnvironmentLight
 from ...scenes.asked import Samples, Size
 from ...scenes.camera import View
@@ -156,10 +156,8 @@ def text(m: Reflectance, name: str = "gonio") -> str:
 
 def _mitsuba() -> Any:
     """Mitsuba, with a variant set that can be used."""
-    try:
+    with needed("gonio.bridges.mitsuba needs Mitsuba", "pip install 'gonio[mitsuba]'"):
         import mitsuba as mi
-    except ImportError as error:
-        raise DependencyError(f"gonio.bridges.mitsuba needs Mitsuba ({error}); pip install 'gonio[mitsuba]'") from error
     variant = mi.variant()
     if variant not in VARIANTS:
         raise ParameterError(

@@ -19,7 +19,7 @@ from ...arrays.labels import CHANNELS, COMPONENTS
 from ...base.identity import identity
 from ...base.reflectance import Reflectance
 from ...declared.arguments import checked
-from ...errors import DependencyError, ParameterError, ShapeError
+from ...errors import ParameterError, ShapeError, needed
 from ...files import replacing_folder, target
 from ...files._unfinished import held
 from ..asked import By, LossName, PerChannel, Scheduler
@@ -303,11 +303,7 @@ def _stacked(found: FitMap) -> np.ndarray:
 
 
 def _require_dask() -> None:
-    try:
+    with needed("fits of maps in chunks need Dask and Zarr", 'pip install "gonio[fit,io]"'):
         import cloudpickle  # noqa: F401  (whether it is there)
         import dask.array  # noqa: F401  (whether it is there)
         import zarr  # noqa: F401  (whether it is there)
-    except ImportError as error:
-        raise DependencyError(
-            f'fits of maps in chunks need Dask and Zarr ({error}); pip install "gonio[fit,io]"'
-        ) from None

@@ -23,7 +23,7 @@ BELOW = 12
 LONGEST_LINE = 500
 """Characters of a line of text that may say something."""
 
-_COMMENT = re.compile(r"#\s*(\w[^:]*):\s*(.*)")
+NOTE = re.compile(r"#\s*(\w[^:]*):\s*(.*)")
 _RULE = re.compile(r"[-=_+|:\s]*")
 
 
@@ -122,7 +122,7 @@ def _above_numbers(rows: list[Row], delimiter: str) -> list[int]:
 
 def _uncommented(row: list[str], numbered: Row) -> list[str]:
     """The cells of a line of names that was made a comment, as NumPy does it."""
-    if len(row) == 1 and row[0].lstrip().startswith("#") and not _COMMENT.fullmatch(row[0].strip()):
+    if len(row) == 1 and row[0].lstrip().startswith("#") and not NOTE.fullmatch(row[0].strip()):
         line = row[0].lstrip().lstrip("#").strip()
         for d in DELIMITERS:
             parts = line.split(d) if d != "  " else re.split(r"\s{2,}", line)
@@ -156,7 +156,7 @@ def _below(rows: list[Row], at: int, delimiter: str, listed: list[str] | None) -
     notes, text = {}, []
     for _, above in rows[:at]:
         line = (" " if delimiter.isspace() else f"{delimiter} ").join(above).strip(f"{delimiter} ")
-        if match := _COMMENT.fullmatch(line):
+        if match := NOTE.fullmatch(line):
             notes[match[1].strip()] = match[2]
         elif line.strip("#"):
             text.append(line)

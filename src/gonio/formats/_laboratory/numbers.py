@@ -36,12 +36,6 @@ class Numbers(NamedTuple):
     decimal: str
 
 
-def decimal_of(path: object, layout: TableLayout, wanted: Collection[int]) -> str:
-    """The decimal sign of a table's first rows. Raises FormatError where a comma can be either."""
-    cells = [row[k] for row in layout.sample if len(row) >= len(layout.names) for k in wanted]
-    return decimal_sign(path, cells)
-
-
 def numbers(
     sheet: TextSheet | CellSheet,
     layout: TableLayout,
@@ -74,7 +68,8 @@ class _Reader:
     ):
         self.sheet, self.layout = sheet, layout
         self.wanted, self.needed = [*columns], {k for k, needed in columns.items() if needed}
-        self.decimal = decimal or decimal_of(sheet.path, layout, self.wanted)
+        first = [row[k] for row in layout.sample if len(row) >= len(layout.names) for k in self.wanted]
+        self.decimal = decimal or decimal_sign(sheet.path, first)
         self.other = {",": ".", ".": ","}[decimal] if decimal else ""
         grouped = rf"[-+]?\d{{1,3}}(?:[{self.other or ' '}]\d{{3}})+(?:[{self.decimal}]\d*)?"
         self.grouped = re.compile(grouped, re.ASCII)
@@ -114,22 +109,13 @@ class _Reader:
         count, delimiter = len(self.layout.names), self.delimiter
         lines = lines if lines[-1] else lines[:-1]  # after the last line
         text = delimiter.join(lines)
-        if delimiter in (" ", self.decimal) or not text.isascii() or any(mark in text for mark in '"#_'):
+        if delimiter in (" ", self.decimal) or any(mark in text for mark in '"#'):
             return None
         if not lines or any(line.count(delimiter) != count - 1 for line in lines):
             return None
-        if self.decimal == ",":
-            if "." in text:
-                return None
-            text = text.replace(",", ".")
         cells = text.split(delimiter)
-        try:
-            columns = {k: np.array([*map(float, cells[k::count])]) for k in self.wanted}
-        except ValueError:
-            return None
-        if any(np.isnan(columns[k]).any() for k in self.needed & columns.keys()):
-            return None
-        return range(number, number + len(lines)), columns
+        columns = self._floats({k: cells[k::count] for k in self.wanted})
+        return None if columns is None else (range(number, number + len(lines)), columns)
 
     def _fast(self, rows: list[Row]) -> tuple[list[int], dict[int, np.ndarray]] | None:
         """All rows at once; None if one of them is not plain numbers."""
@@ -137,9 +123,14 @@ class _Reader:
         if not rows or any(len(row) != count for _, row in rows):
             return None
         table = [*zip(*(row for _, row in rows), strict=True)]
+        columns = self._floats({k: table[k] for k in self.wanted})
+        return None if columns is None else ([number for number, _ in rows], columns)
+
+    def _floats(self, cells: Mapping[int, Sequence[str]]) -> dict[int, np.ndarray] | None:
+        """Cells by column as numbers; None if one of them is not plain."""
         columns = {}
-        for k in self.wanted:
-            text = "\n".join(table[k])
+        for k, column in cells.items():
+            text = "\n".join(column)
             if not text.isascii() or "_" in text or (self.decimal == "," and "." in text):
                 return None
             if self.decimal == ",":
@@ -150,7 +141,7 @@ class _Reader:
                 return None
             if k in self.needed and np.isnan(columns[k]).any():
                 return None
-        return [number for number, _ in rows], columns
+        return columns
 
     def _one_by_one(self, rows: list[Row]) -> tuple[list[int], dict[int, np.ndarray]]:
         kept: list[int] = []

@@ -13,14 +13,15 @@ from ...arrays.kinds import with_channels
 from ...base.measured import Total, tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...declared.arguments import Declared
-from ...errors import FormatError, ParameterError
+from ...errors import FormatError, ParameterError, expect_one_of
 from ...formula.state import note
 from ...models._quarters import MirroredX, quarters
 from ...pictures.colour import XYZ_OF_RGB
 from ...tables.angle_systems import AZIMUTHS, SYSTEMS, angle_system
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
-from ...tables.nodes import above, f_at, own_nodes
+from ...tables.nodes import above, bracketed, f_at, own_nodes
+from ...tables.rows import ROW_ANGLES
 from ...tables.scattered import Scattered
 from .._layout import Layout
 from .._reading import plain_text
@@ -116,13 +117,7 @@ def as_lit(m: Reflectance) -> Reflectance:
     """A transmission, forward as in a `Sheet`, with azimuths of the side that is lit; and the other way round."""
     if isinstance(m, Scattered):
         rows = m.rows * [1.0, -1.0, 1.0, -1.0] + [0.0, math.pi, 0.0, math.pi]
-        named: dict[str, Any] = {
-            name: getattr(m, name) for name in ("quantity", "uncertainty", "outside", "path", "about")
-        }
-        theta_i, phi_i, theta_o, phi_o = rows.T
-        return Scattered(
-            theta_i, phi_i, theta_o, phi_o, m.stored, channels=m.channel_names, isotropic=not m.is_oriented(), **named
-        )
+        return Scattered(**{**m._arguments_of_rows(), **dict(zip(ROW_ANGLES, rows.T, strict=True))})
     if not isinstance(m, Gridded):
         return MirroredX(m)
     axes, values = mirrored_x(m.axes, m.stored, m.is_mirrored, m.periods)
@@ -225,8 +220,7 @@ def channel_named(m: Reflectance, f: np.ndarray, channel: Any) -> tuple[tuple, n
     names = tuple(names or range(f.shape[-1]))
     if channel is None:
         return names, f
-    if channel not in names:
-        raise ParameterError(f"channel={channel!r}: expected one of {', '.join(map(repr, names))}")
+    expect_one_of(names, "channel", channel)
     return (channel,), f[..., [names.index(channel)]]
 
 
@@ -250,11 +244,9 @@ def totals(m: Reflectance, theta_i: Sequence[float], phi_i: Sequence[float]) -> 
 def at_azimuths(phi: np.ndarray, nodes: np.ndarray, f: np.ndarray) -> np.ndarray:
     """f (theta_i, theta_o, nodes, C) at other azimuths [degrees] than its nodes, linear between these."""
     order = np.argsort(nodes)
-    x = np.concatenate([nodes[order], nodes[order][:1] + 360.0])
-    place = np.mod(phi - x[0], 360.0) + x[0]
-    k = np.clip(np.searchsorted(x, place, side="right") - 1, 0, len(nodes) - 1)
-    w = ((place - x[k]) / (x[k + 1] - x[k]))[:, None]
-    f = f[:, :, order]
+    x, f = nodes[order], f[:, :, order]
+    k, weight, _ = bracketed(x, np.mod(phi - x[0], 360.0) + x[0], 360.0)
+    w = weight[:, None]
     return np.where(w == 0.0, f[:, :, k], (1.0 - w) * f[:, :, k] + w * f[:, :, (k + 1) % len(nodes)])
 
 
@@ -300,8 +292,16 @@ Step = Annotated[
     float | None,
     Declared("between angles of wo; angles of wi and azimuths are two steps apart", 1e-3, 90.0, "degrees", usual=USUAL),
 ]
-IncidentAngles = Annotated[Sequence[float] | None, Declared("polar angles of wi", 0.0, 90.0, "degrees", rising=True)]
-OutgoingAngles = Annotated[Sequence[float] | None, Declared("polar angles of wo", 0.0, 90.0, "degrees", rising=True)]
+AngleList = Sequence[float] | None
+
+
+def rising(doc: str, low: float, high: float) -> Declared:
+    """The declaration of a list of angles that a writer takes f at."""
+    return Declared(doc, low, high, "degrees", rising=True)
+
+
+IncidentAngles = Annotated[AngleList, rising("polar angles of wi", 0.0, 90.0)]
+OutgoingAngles = Annotated[AngleList, rising("polar angles of wo", 0.0, 90.0)]
 Channel = Annotated[
     float | str | None, Declared("the channel that is written: its name, its wavelength [nm] or its number")
 ]

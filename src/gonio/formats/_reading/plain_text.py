@@ -235,7 +235,7 @@ class Lines:
         return _array(out)
 
     def rows(self, columns: int, count: int | None = None, expected: str = "numbers") -> np.ndarray:
-        """The next `count` lines, or all that are left, as an array of numbers (rows, columns)."""
+        """The next `count` lines, or all that are left, at least one, as an array of numbers (rows, columns)."""
         out = array("d")
         while count is None or len(out) < count * columns:
             lines, at = self._chunk(CHUNK if count is None else min(CHUNK, count - len(out) // columns))
@@ -257,6 +257,8 @@ class Lines:
             self._at, self.number = at, self.number + len(lines)
         if count is not None and len(out) < count * columns:
             raise self.cut_short(f"{count} rows of {columns} {expected}, got {len(out) // columns}")
+        if count is None and not out:
+            raise self.cut_short(f"rows of {expected}")
         return _array(out).reshape(-1, columns)
 
     def _chunk(self, count: int) -> tuple[list[str], int]:

@@ -6,13 +6,13 @@ The way back, from any reflectance to pairs, is `pairs_of_material`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.reflectance import Reflectance
-from ...errors import FormatError, ParameterError
+from ...errors import FormatError, held_by
 from ...numerics.unique_rows import first_alike
 from ...tables.gridded import Gridded
 from ...tables.rows import ROW_ANGLES, as_grid, oriented
@@ -70,6 +70,14 @@ class Pairs(NamedTuple):
         return self if finite.all() else self.only(finite)
 
 
+def together(parts: Sequence[Pairs]) -> Pairs:
+    """The pairs of all parts, one after the other, with uncertainties where all have them."""
+    spreads = [x for pairs in parts if (x := pairs.uncertainty) is not None]
+    spread = np.concatenate(spreads) if len(spreads) == len(parts) else None
+    angles, values = (np.concatenate([getattr(pairs, name) for pairs in parts]) for name in ("angles", "values"))
+    return parts[0]._replace(angles=angles, values=values, uncertainty=spread)
+
+
 def upright(angles: np.ndarray, where: str, highest: float = math.pi + 1e-6) -> np.ndarray:
     """The same directions (n, 4) with polar angles >= 0: a negative one leans to the other side.
 
@@ -119,10 +127,8 @@ def material(
         if not np.isfinite(kept.values).any():
             raise FormatError(f"{path}: holds no value that is a number, expected at least one measurement")
         named = {"outside": outside, "path": path, "about": more}
-        try:
+        with held_by(path):
             parts[name] = _grid_or_rows(kept, which, isotropic, named)
-        except ParameterError as error:
-            raise FormatError(f"{path}: {error}") from None
     return _sides.joined(parts, side)
 
 

@@ -21,7 +21,7 @@ from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import channels_named, needed, own_nodes
 from ...tables.scattered import Scattered
-from .direction_pairs import LEVEL, Pairs, material, seen_from
+from .direction_pairs import LEVEL, Pairs, material, seen_from, together
 
 
 class Nodes(NamedTuple):
@@ -205,11 +205,7 @@ def with_others(pairs: Pairs, m: Reflectance) -> Pairs:
     others = getattr(m, "about", {}).get("other_pairs")
     if others is None or others.channels != pairs.channels or others.quantity != pairs.quantity:
         return pairs
-    spread = None
-    if pairs.uncertainty is not None and others.uncertainty is not None:
-        spread = np.concatenate([pairs.uncertainty, others.uncertainty])
-    rows, values = (np.concatenate([getattr(p, name) for p in (pairs, others)]) for name in ("angles", "values"))
-    return pairs._replace(angles=rows, values=values, uncertainty=spread)
+    return together([pairs, others])
 
 
 def rows_of(
@@ -241,10 +237,7 @@ def rows_of(
     if len({pairs.channels for pairs in each}) > 1:
         several = " and ".join(sorted({f"{pairs.channels!r:.60}" for pairs in each}))
         raise ParameterError(f"{m!r:.80}: its parts have the channels {several}; expected the same")
-    spreads = [x for pairs in each if (x := pairs.uncertainty) is not None]
-    spread = np.concatenate(spreads) if len(spreads) == len(each) else None
-    rows, values = (np.concatenate([getattr(pairs, name) for pairs in each]) for name in ("angles", "values"))
-    return Pairs(rows, values, each[0].quantity, spread, each[0].channels)
+    return together(each)
 
 
 def _lit_from(

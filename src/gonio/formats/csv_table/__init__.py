@@ -27,7 +27,6 @@ from .._sides import Side
 from .reading import of_table as of_table
 from .reading import read_own
 from .words import MARK as MARK
-from .words import MOST as MOST
 from .words import VALUE
 from .writing import write as write
 

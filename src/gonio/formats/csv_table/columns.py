@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.angles import angles
-from ...errors import FormatError, ParameterError
+from ...errors import FormatError, held_by
 from ...numerics.unique_rows import unique_rows
 from ...tables.angle_systems import ANGLES, SYSTEMS, AngleSystem
 from ...tables.axes import INSIDE
@@ -125,10 +125,8 @@ def _on_grid(
         mirrored = options["mirrored"].lower() == "true"
     more: dict[str, Any] = {k: options[k] for k in ("interpolation", "outside") if k in options}
     more |= {"mirrored": mirrored, "periods": periods or None, "path": path, "about": about}
-    try:
+    with held_by(path):
         return gridded(name, axes, order, pairs, **more)
-    except ParameterError as error:
-        raise FormatError(f"{path}: {error}") from None
 
 
 def _radians(path: str, key: str, degrees: str) -> float:

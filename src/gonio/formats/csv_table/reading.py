@@ -10,13 +10,15 @@ import numpy as np
 
 from ...errors import FormatError, MeaningWarning, warn
 from ...tables.angle_systems import ANGLES
+from .._laboratory.layout import NOTE
 from .._laboratory.meanings import stated_incidence
 from .._laboratory.names import QUANTITIES
+from .._laboratory.sheets import COLUMNS
 from .._laboratory.suspicions import suspicions
 from .._laboratory.understanding import Understood
 from .._reading import plain_text
 from .columns import of_columns
-from .words import KEY, MOST, VALUE
+from .words import VALUE
 
 
 def of_table(table: Understood, path: str, side: str | None) -> Any:
@@ -50,18 +52,16 @@ def read_own(path: Path, side: str | None) -> Any:
     lines = plain_text.read(path)
     about: dict[str, Any] = {}
     while (line := lines.take("a line of column names")).startswith("#"):
-        if match := KEY.fullmatch(line):
+        if match := NOTE.fullmatch(line):
             about[match[1].strip()] = match[2]
     separator = next((s for s in ";\t," if s in line), None)
     names = [name.strip().strip('"') for name in line.split(separator)]
-    if len(names) > MOST:
-        raise FormatError(f"{path}: {len(names)} columns, expected at most {MOST}; split the table by channels")
+    if len(names) > COLUMNS:
+        raise FormatError(f"{path}: {len(names)} columns, expected at most {COLUMNS}; split the table by channels")
     lines.comment = "#"
     if separator is not None:
         lines.edit(lambda text: _filled(text, separator))
     table = lines.rows(len(names))
-    if not len(table):
-        raise lines.cut_short("rows of numbers")
     key: Any
     columns: dict[Any, np.ndarray]
     angles: dict[str, np.ndarray] = {}

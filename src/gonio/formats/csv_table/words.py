@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from ...tables.angle_systems import AZIMUTHS
+from .._laboratory.names import OWN
 
 OPTIONS = (
     "angle_unit",
@@ -17,11 +18,7 @@ OPTIONS = (
 )
 
 
-MOST = 2**16
-"""Largest number of columns."""
-
 MARK = "# gonio measurement"
 """The first line of a file of `write`."""
 
-VALUE = re.compile(r"(u_)?(f_cos_i|f_cos|f|brdf|dsf|brf)(?:_(.+))?", re.IGNORECASE)
-KEY = re.compile(r"#\s*(\w[^:]*):\s*(.*)")
+VALUE = re.compile(rf"(u_)?({OWN})(?:_(.+))?", re.IGNORECASE)

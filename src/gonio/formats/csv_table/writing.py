@@ -16,12 +16,13 @@ from ...models._quarters import quarters
 from ...tables.gridded import Gridded
 from ...tables.rows import ROW_ANGLES
 from ...tables.scattered import Scattered
+from .._laboratory.layout import NOTE
 from .._laboratory.names import QUANTITIES
 from .._reading import channel_words, plain_text
 from .._rows.direction_pairs import Pairs
 from .._rows.pairs_of_material import Resolution, of_nodes, pairs_of, rows_of, table_of, with_others
 from .._sides import about_of
-from .words import KEY, MARK, OPTIONS
+from .words import MARK, OPTIONS
 
 
 def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
@@ -86,7 +87,7 @@ def _texts(about: Mapping[str, Any]) -> dict[str, str]:
     """The entries of `about` that are lines `# key: value`."""
     texts = {k: str(v).strip() for k, v in about.items() if isinstance(v, (str, int, float)) and k not in OPTIONS}
     return {
-        k: v for k, v in texts.items() if KEY.fullmatch(f"# {k}: {v}") and ":" not in k and not re.search(r"[\r\n]", v)
+        k: v for k, v in texts.items() if NOTE.fullmatch(f"# {k}: {v}") and ":" not in k and not re.search(r"[\r\n]", v)
     }
 
 

@@ -14,7 +14,7 @@ from ...arrays import ops
 from ...base.angles import direction
 from ...base.reflectance import Reflectance
 from ...declared.arguments import ABOVE_ZERO, Declared
-from ...errors import NotFoundError, ParameterError
+from ...errors import ParameterError, expect_one_of
 from ...files import replacing
 from ...formula.direction import Direction
 from ...formula.fields import Ours, channels, kept, table
@@ -25,6 +25,7 @@ from ...models.sheet import Sheet
 from ...tables.axes import fits
 from ...tables.drawing import Sampled
 from .._reading.large_tables import expect_channels
+from .._reading.tensor_file import opened
 from .._sides import Side, joined, wanted
 from .contents import GZIP, MAGIC, inflated, parse, serialise
 
@@ -101,8 +102,7 @@ class Scatfun(Sampled):
     width: int = state()
 
     def __init__(self, parts: Mapping[str, Any], side: str = "front", path: str = ""):
-        if side not in SIGNS:
-            raise ParameterError(f"side={side!r}: expected one of {', '.join(map(repr, SIGNS))}")
+        expect_one_of(SIGNS, "side", side)
         parts = Held({n: kept(x) if isinstance(x, (np.ndarray, Ours)) else x for n, x in parts.items()})
         width, mu, signs, scale = parts["channels"], parts["mu"].astype(float), SIGNS[side], 1.0
         if signs[0] != signs[1] and parts["eta"] > 0.0:
@@ -235,11 +235,8 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(path: Path, side: Side = None) -> Scatfun | Sheet:
     """The material of a file, or a `Sheet` of all that it holds. Raises FormatError for damage."""
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
-    parts = parse(inflated(data, str(path)), str(path))
+    with opened(path) as file:
+        parts = parse(inflated(file.read(), str(path)), str(path))
     ours = {n: Ours(x) if isinstance(x, np.ndarray) else x for n, x in parts.items()}
     names = wanted(_held(parts) or ["front"], side, path)
     return joined({name: Scatfun(ours, name, str(path)) for name in names}, side)

@@ -43,6 +43,7 @@ from ...errors import FormatError, ParameterError
 from ...models.sheet import Sheet
 from .._layout import CHANNEL, Axis, Layout
 from .._optical.angle_tables import (
+    AngleList,
     Asked,
     Channel,
     Filed,
@@ -58,6 +59,7 @@ from .._optical.angle_tables import (
     mirrored_x,
     own_table,
     reflected,
+    rising,
     values_at,
 )
 from .._reading import plain_text
@@ -268,11 +270,8 @@ def write(
     path: str | os.PathLike,
     theta_i: IncidentAngles = None,
     theta_o: OutgoingAngles = None,
-    phi: Annotated[
-        Sequence[float] | None,
-        Declared("azimuths of wo, 0 is the mirror direction", -360.0, 360.0, "degrees", rising=True),
-    ] = None,
-    phi_i: Annotated[Sequence[float] | None, Declared("azimuths of wi", -360.0, 540.0, "degrees", rising=True)] = None,
+    phi: Annotated[AngleList, rising("azimuths of wo, 0 is the mirror direction", -360.0, 360.0)] = None,
+    phi_i: Annotated[AngleList, rising("azimuths of wi", -360.0, 540.0)] = None,
     step: Step = None,
     channel: Channel = None,
     wavelengths: Wavelengths = None,

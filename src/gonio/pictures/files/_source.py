@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import DependencyError, FormatError, MissingDataWarning, NotFoundError, ShapeError, TooLargeError, warn
+from ...errors import FormatError, MissingDataWarning, NotFoundError, ShapeError, TooLargeError, needed, warn
 
 DENSE = 2**14
 """Pixels that a byte may stand for: one colour, 8192 x 4096, comes to 8089 as 1-bit PNG."""
@@ -120,8 +120,5 @@ def warn_lost(lost: NDArray[np.bool_], path: str, what: str) -> None:
 
 def library(module: str, package: str) -> Any:
     """A module of a library; raises DependencyError where that is not installed."""
-    try:
+    with needed(f"{package} reads and writes this format", f"pip install {package}"):
         return importlib.import_module(module)
-    except ImportError as error:
-        message = f"{package} reads and writes this format and is not installed; pip install {package}"
-        raise DependencyError(message) from error
