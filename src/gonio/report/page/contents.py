@@ -45,6 +45,11 @@ WHITE_SKY, MEASURED = 1e-3, 5e-3
 COLUMNS = 7
 """The most channels of a table."""
 
+OF_A_LAW = (
+    *("name", "verdict", "passed", "value", "tolerance", "finding", "where", "why", "declared", "significance", "u"),
+)
+"""What is told of a verdict."""
+
 Progress = Callable[[float], None]
 """Told the share that is done, from 0 to 1."""
 
@@ -167,23 +172,7 @@ def _white_sky(m: Reflectance) -> dict[str, Any]:
 
 def _laws(m: Reflectance, progress: Callable[[int, int], None]) -> dict[str, Any]:
     report, statements = check(m, progress=progress), summaries()
-    laws = [
-        {
-            "name": law.name,
-            "verdict": law.verdict,
-            "passed": law.passed,
-            "statement": statements[law.name],
-            "value": law.value,
-            "tolerance": law.tolerance,
-            "finding": law.finding,
-            "where": law.where,
-            "why": law.why,
-            "declared": law.declared,
-            "significance": law.significance,
-            "u": law.u,
-        }
-        for law in report.laws
-    ]
+    laws = [{"statement": statements[x.name], **{key: getattr(x, key) for key in OF_A_LAW}} for x in report.laws]
     return {"passed": report.passed, "lawful": report.lawful, "laws": laws, "notes": list(report.notes)}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.angles import direction
 from ...base.reflectance import Reflectance
-from ...figures._slices import one_number, plane
+from ...figures._slices import one_number, plane, viewed_from
 
 INCIDENCES = (15.0, 45.0, 60.0, 75.0)
 """Angles of incidence [degrees] at which it is shown."""
@@ -23,9 +23,8 @@ def polarization(m: Reflectance) -> dict[str, Any]:
     incidence; Mueller matrices at the mirror directions over their first element; and those of delta lobes."""
     phi = plane(m)
     wi = direction(np.radians(INCIDENCES), phi)
-    views = direction(np.radians(np.abs(VIEWS)), np.where(VIEWS < 0.0, phi, phi + math.pi))
     mirrors = direction(np.radians(INCIDENCES), phi + math.pi)
-    seen = np.array([[*views, mirror] for mirror in mirrors])
+    seen = np.array([[*viewed_from(m, VIEWS), mirror] for mirror in mirrors])
     # pair by pair, as the laws ask: the kernel of a Mueller matrix takes long to compile
     pairs = np.repeat(wi, seen.shape[1], axis=0), seen.reshape(-1, 3)
     rows, matrices = [], []
