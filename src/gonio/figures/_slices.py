@@ -117,19 +117,19 @@ def bounded(m: Reflectance) -> Reflectance:
     return m.replace(outside="missing") if isinstance(m, Gridded) and m.outside == "hold" else m
 
 
-def viewed_from(m: Reflectance, views: np.ndarray, turn: float = 0.0, through: bool = False) -> np.ndarray:
-    """Directions (N, 3) of viewing angles [degrees], in the plane of incidence or in one turned from it.
+def viewed_from(phi: float, views: np.ndarray, turn: float = 0.0, through: bool = False) -> np.ndarray:
+    """Directions (N, 3) of viewing angles [degrees], in the plane of the light's azimuth, or in one turned from it.
 
     through   seen from the other side: angles are those from the inward normal
     """
-    polar, phi = np.radians(np.abs(views)), plane(m)
+    polar = np.radians(np.abs(views))
     return direction(math.pi - polar if through else polar, np.where(views < 0.0, phi, phi + math.pi) + turn)
 
 
 def f_in_plane(m: Reflectance, theta: float, views: np.ndarray, turn: float = 0.0, through: bool = False) -> np.ndarray:
-    """f [1/sr] as one number at viewing angles [degrees], see `viewed_from`."""
-    number, _ = one_number(m)
-    f = bounded(m).f(direction(math.radians(theta), plane(m)), viewed_from(m, views, turn, through))
+    """f [1/sr] as one number at viewing angles [degrees], see `viewed_from`, of a material that is `bounded`."""
+    (number, _), phi = one_number(m), plane(m)
+    f = m.f(direction(math.radians(theta), phi), viewed_from(phi, views, turn, through))
     return np.asarray(number(with_channels(f, 1)), float)
 
 

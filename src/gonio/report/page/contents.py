@@ -241,7 +241,7 @@ def _polarization(m: Reflectance) -> dict[str, Any]:
     phi = plane(m)
     wi = direction(np.radians(POLARIZED), phi)
     mirrors = direction(np.radians(POLARIZED), phi + math.pi)
-    seen = np.array([[*viewed_from(m, VIEWS), mirror] for mirror in mirrors])
+    seen = np.array([[*viewed_from(phi, VIEWS), mirror] for mirror in mirrors])
     # pair by pair, as the laws ask: the kernel of a Mueller matrix takes long to compile
     pairs = np.repeat(wi, seen.shape[1], axis=0), seen.reshape(-1, 3)
     rows, matrices = [], []

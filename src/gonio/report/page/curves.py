@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base.reflectance import Reflectance
-from ...figures._slices import f_in_plane, incidences, one_number, plane, slices_of
+from ...figures._slices import bounded, f_in_plane, incidences, one_number, plane, slices_of
 from ...figures.half_difference_figure import nodes, slice_of
 from ...tables.gridded import Gridded
 
@@ -30,23 +30,22 @@ def views_about(theta: float) -> np.ndarray:
 
 def slices(m: Reflectance) -> dict[str, Any]:
     """f against the viewing angle [degrees], negative on the side of the light, for angles of incidence."""
-    thetas = incidences(m)
+    thetas, within = incidences(m), bounded(m)
+    views_of = [views_about(theta) for theta in thetas]
     found: dict[str, Any] = {"unit": one_number(m)[1], "azimuth_of_light": math.degrees(plane(m))}
     for name, turn in TURNS.items():
         measured = slices_of(m, thetas, turn) if isinstance(m, Gridded) else [None] * len(thetas)
         found[name] = []
-        for theta, points in zip(thetas, measured, strict=True):
-            views = views_about(theta)
-            row = {"theta_i": theta, "views": views.tolist(), "f": f_in_plane(m, theta, views, turn).tolist()}
+        for theta, views, points in zip(thetas, views_of, measured, strict=True):
+            row = {"theta_i": theta, "views": views.tolist(), "f": f_in_plane(within, theta, views, turn).tolist()}
             if points is not None and points.views.size:
                 u = None if points.u is None else points.u.tolist()
                 row["measured"] = {"views": points.views.tolist(), "f": points.measured.tolist(), "u": u}
             found[name].append(row)
     if m.sides != "front":
         found["through"] = []
-        for theta in thetas:
-            views = views_about(theta)
-            f = f_in_plane(m, theta, views, through=True)
+        for theta, views in zip(thetas, views_of, strict=True):
+            f = f_in_plane(within, theta, views, through=True)
             found["through"].append({"theta_i": theta, "views": views.tolist(), "f": f.tolist()})
     return found
 

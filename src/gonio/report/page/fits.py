@@ -12,7 +12,7 @@ from ...catalogue import builtin
 from ...catalogue.expressions import expression
 from ...errors import Error
 from ...evaluate.tracing import content
-from ...figures._slices import f_in_plane, incidences, lit_range
+from ...figures._slices import bounded, f_in_plane, incidences, lit_range
 from ...fitting.fitting import fit
 from ...fitting.result import Fit
 from ...reconstruction.nearest import nearest
@@ -109,7 +109,7 @@ def _told(text: str, of: Fit) -> dict[str, Any]:
 
 def _residuals(m: Reflectance, of: Fit) -> list[dict[str, Any]]:
     """f of the material and of the best model in the plane of incidence."""
-    known = incidences(m)
+    known, within = incidences(m), bounded(m)
     thetas = (
         sorted({min(known, key=lambda t: abs(t - theta)) for theta in COMPARED})
         if isinstance(m, Measured)
@@ -118,7 +118,7 @@ def _residuals(m: Reflectance, of: Fit) -> list[dict[str, Any]]:
     rows = []
     for theta in thetas:
         views = curves.views_about(theta)
-        f = f_in_plane(m, theta, views)
+        f = f_in_plane(within, theta, views)
         model = f_in_plane(of.model, theta, views) if theta <= lit_range(m)[1] + 1.0 else np.full(len(views), np.nan)
         rows.append({"theta_i": theta, "views": views.tolist(), "f": f.tolist(), "model": model.tolist()})
     return rows
