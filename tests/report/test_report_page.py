@@ -509,7 +509,7 @@ def test_kernels_of_spheres(monkeypatch):
 def test_curves_keep_their_shape_with_fewer_points():
     x = np.linspace(0.0, 400.0, 2001)
     y = 50.0 * np.sin(x / 30.0)
-    kept = chart.simplified(x, y, 0.1)
+    kept = chart.simplified(x, y)
     assert kept.sum() < 120
     assert np.abs(np.interp(x, x[kept], y[kept]) - y).max() < 0.25
     turn = np.linspace(0.0, 2.0 * np.pi, 721)

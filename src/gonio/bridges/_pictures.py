@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,22 +13,10 @@ from ..errors import ParameterError
 from ..formula.parametrised import Parametrised
 from ..formula.texture import Texture
 from ..integrals.illumination import as_lights
-from ..scenes.camera import View
 from ..scenes.jacobian import Slopes, derived
 from ..scenes.rendering import colours_of, lights_of, render
 
 T = TypeVar("T", bound=Parametrised)
-
-
-class Settings(TypedDict):
-    """What else a picture is made by; see `gn.render`."""
-
-    shape: Any
-    size: int
-    samples: int
-    seed: int
-    bands: Any
-    camera: View | None
 
 
 class Pictures:
@@ -36,6 +24,7 @@ class Pictures:
 
     `numbers`: these arrays, by paths such as "distribution.alpha_x" and "lights.0.scale". `is_array`: whether a number
     is an array of the library; `is_derived`: whether the library derives by it; `known`: NumPy's array of one.
+    `settings`: what else `gn.render` makes a picture by.
     """
 
     def __init__(
@@ -45,7 +34,7 @@ class Pictures:
         is_array: Callable[[Any], bool],
         is_derived: Callable[[Any], bool],
         known: Callable[[Any], Any],
-        settings: Settings,
+        settings: dict[str, Any],
     ):
         self.settings = settings
         self.numbers: dict[str, Any] = {}

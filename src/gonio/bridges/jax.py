@@ -28,7 +28,7 @@ from ..formula.parametrised import Parametrised
 from ..formula.texture import Texture
 from ..scenes.asked import Samples, Size
 from ..scenes.camera import View
-from ._pictures import Pictures, Settings
+from ._pictures import Pictures
 
 
 def _flatten(m: Parametrised) -> tuple[list[Any], tuple[Any, ...]]:
@@ -103,7 +103,7 @@ def render(
     >>> print(round(float(jax.jit(jax.grad(brightness))(0.5)), 3))
     1.0
     """
-    settings = Settings(shape=shape, size=size, samples=samples, seed=seed, bands=bands, camera=camera)
+    settings = {"shape": shape, "size": size, "samples": samples, "seed": seed, "bands": bands, "camera": camera}
     pictures = Pictures(m, lights, _is_array, _is_traced, np.asarray, settings)
     values = tuple(map(_inexact, pictures.numbers.values()))
     if not any(map(_is_traced, values)):

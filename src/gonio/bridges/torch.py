@@ -18,7 +18,7 @@ from ..declared.arguments import Seed, checked
 from ..formula.texture import Texture
 from ..scenes.asked import Samples, Size
 from ..scenes.camera import View
-from ._pictures import Pictures, Settings
+from ._pictures import Pictures
 
 
 class Material(torch.nn.Module):
@@ -100,7 +100,7 @@ def render(
     >>> print(picture.shape, rho.grad.numpy().round(3))
     torch.Size([16, 16, 3]) [1. 1. 1.]
     """
-    settings = Settings(shape=shape, size=size, samples=samples, seed=seed, bands=bands, camera=camera)
+    settings = {"shape": shape, "size": size, "samples": samples, "seed": seed, "bands": bands, "camera": camera}
     pictures = Pictures(m, lights, _is_tensor, _needs_gradient, _numpy, settings)
     values = [*pictures.numbers.values()]
     by = tuple(i for i, value in enumerate(values) if _needs_gradient(value))

@@ -12,7 +12,7 @@ from ..base.angles import check_angle, numbers_of
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ._drawing import COLOURS, DASHES, NO_DATA, SEQUENCE, label_gap, legend, write
-from ._slices import VIEWS, Slice, one_number, slices_of, spans
+from ._slices import VIEWS, Slice, one_number, slices_of, spans, units_of
 
 DENSE = 45
 """Measured values of a slice from which on their points are small."""
@@ -48,7 +48,7 @@ def of_one(m: Reflectance, thetas: Sequence[float] | None = None, turn: float = 
 
 def of_several(materials: Mapping[str, Reflectance], thetas: Iterable[float], turn: float = 0.0) -> list[Panel]:
     """A panel for each angle of incidence [degrees]: a curve for each material."""
-    unit = " or ".join(dict.fromkeys(words for m in materials.values() if (words := one_number(m)[1])))
+    unit = units_of(materials.values())
     found = []
     for theta in thetas:
         curves = [
@@ -63,14 +63,15 @@ def line(k: int) -> tuple[str, Any]:
     return COLOURS[k % len(COLOURS)], DASHES[k % len(DASHES)]
 
 
-def degrees_of(name: str, theta: Any, least: int = 1) -> list[float] | None:
+def degrees_of(theta_i: Any) -> list[float] | None:
     """Polar angles of incidence [degrees] of those that a caller gave [rad]; None where none were given."""
-    if theta is None:
+    if theta_i is None:
         return None
-    check_angle(name, theta, 0.0, 0.5 * math.pi)
-    found: list[float] = np.degrees(np.atleast_1d(np.asarray(numbers_of(name, theta), float))).round(9).ravel().tolist()
-    if not least <= len(found) <= 60 or not np.isfinite(found).all():
-        raise ParameterError(f"{name}: {len(found)} angles, or NaN among them; expected {least} to 60 numbers [rad]")
+    check_angle("theta_i", theta_i, 0.0, 0.5 * math.pi)
+    given = np.atleast_1d(np.asarray(numbers_of("theta_i", theta_i), float))
+    found: list[float] = np.degrees(given).round(9).ravel().tolist()
+    if not 1 <= len(found) <= 60 or not np.isfinite(found).all():
+        raise ParameterError(f"theta_i: {len(found)} angles, or NaN among them; expected 1 to 60 numbers [rad]")
     return found
 
 

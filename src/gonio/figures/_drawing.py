@@ -191,6 +191,13 @@ def _text(thing: Any, number: int) -> str:
     return text if len(text) < 40 else type(thing).__name__
 
 
+def materials_of(given: Any) -> dict[str, Reflectance]:
+    """Name -> material, of one, a list, or a dictionary of those that a caller gave; each of one place."""
+    found: dict[str, Reflectance] = named(given, Reflectance, "materials")
+    of_one_place(found)
+    return found
+
+
 def of_one_place(materials: Mapping[str, Reflectance]) -> None:
     """Raise ParameterError for maps, of which these figures would draw one place."""
     for name, m in materials.items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,6 +62,11 @@ def one_number(m: Reflectance) -> tuple[Callable[[np.ndarray], np.ndarray], str]
     return _mean, f"mean of {count} wavelengths, {min(names):.4g} to {max(names):.4g} nm"
 
 
+def units_of(materials: Iterable[Reflectance]) -> str:
+    """The names of the numbers by which materials are drawn."""
+    return " or ".join(dict.fromkeys(words for m in materials if (words := one_number(m)[1])))
+
+
 def _mean(f: np.ndarray) -> np.ndarray:
     """The mean of the channels that have data."""
     with warnings.catch_warnings():
@@ -107,22 +112,37 @@ def _nearest(phi: float, azimuths: np.ndarray) -> float:
     return float(azimuths[np.cos(azimuths - phi).argmax()])
 
 
+def bounded(m: Reflectance) -> Reflectance:
+    """The material, without values beyond the outermost nodes of a measurement."""
+    return m.replace(outside="missing") if isinstance(m, Gridded) and m.outside == "hold" else m
+
+
+def viewed_from(phi: float, views: np.ndarray, turn: float = 0.0, through: bool = False) -> np.ndarray:
+    """Directions (N, 3) of viewing angles [degrees], in the plane of the light's azimuth, or in one turned from it.
+
+    through   seen from the other side: angles are those from the inward normal
+    """
+    polar = np.radians(np.abs(views))
+    return direction(math.pi - polar if through else polar, np.where(views < 0.0, phi, phi + math.pi) + turn)
+
+
+def f_in_plane(m: Reflectance, theta: float, views: np.ndarray, turn: float = 0.0, through: bool = False) -> np.ndarray:
+    """f [1/sr] as one number at viewing angles [degrees], see `viewed_from`, of a material that is `bounded`."""
+    (number, _), phi = one_number(m), plane(m)
+    f = m.f(direction(math.radians(theta), phi), viewed_from(phi, views, turn, through))
+    return np.asarray(number(with_channels(f, 1)), float)
+
+
 def slices_of(m: Reflectance, thetas: Sequence[float] | None = None, turn: float = 0.0) -> list[Slice]:
     """The slices of a material of one place, at angles of incidence [degrees], by default those of `incidences`.
 
     turn  angle [rad] by which the plane of the views is turned from that of incidence, towards larger azimuths
     """
-    number, _ = one_number(m)
-    phi = plane(m)
-    wo = direction(np.radians(np.abs(VIEWS)), np.where(VIEWS < 0.0, phi, phi + np.pi) + turn)
-    is_held = isinstance(m, Gridded) and m.outside == "hold"
-    bounded = m.replace(outside="missing") if is_held else m
-    of_nodes = _measured(m, turn)
-    slices = []
-    for theta in incidences(m) if thetas is None else thetas:
-        f = number(with_channels(bounded.f(direction(np.radians(theta), phi), wo), 1))
-        slices.append(Slice(theta, f, *of_nodes(theta, phi)))
-    return slices
+    phi, of_nodes, within = plane(m), _measured(m, turn), bounded(m)
+    return [
+        Slice(theta, f_in_plane(within, theta, VIEWS, turn), *of_nodes(theta, phi))
+        for theta in (incidences(m) if thetas is None else thetas)
+    ]
 
 
 def _measured(

@@ -16,8 +16,8 @@ from ..declared.arguments import checked
 from ..integrals.albedo import albedo as albedo_of
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from ._curves import line
-from ._drawing import DASHES, NO_DATA, RGB, SEQUENCE, label_gap, legend, named, of_one_place, panels
-from ._slices import lit_range, one_number, plane
+from ._drawing import DASHES, NO_DATA, RGB, SEQUENCE, label_gap, legend, materials_of, panels
+from ._slices import lit_range, one_number, plane, units_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,8 +51,7 @@ def albedo(
     >>> print(figure.axes[0].get_ylabel())
     albedo (luminance)
     """
-    shown = named(materials, Reflectance, "materials")
-    of_one_place(shown)
+    shown = materials_of(materials)
     with panels(path, axes, 1, (5.4, 4.0)) as (figure, (where,)):
         if len(shown) == 1:
             draw_albedo(where, *shown.values())
@@ -80,7 +79,7 @@ def _draw_several(axes: Any, materials: Mapping[str, Reflectance]) -> None:
         colour, dash = line(k)
         handles += axes.plot(theta, curve, color=colour, ls=dash, lw=1.8)
         top = max(top, float(np.nanmax(curve, initial=0.0)))
-    unit = " or ".join(dict.fromkeys(words for m in materials.values() if (words := one_number(m)[1])))
+    unit = units_of(materials.values())
     axes.set(ylim=(0.0, max(1.02, 1.05 * top)), ylabel=f"albedo ({unit})" if unit else "albedo")
     _angle_axis(axes)
     legend(axes, handles, list(materials))

@@ -17,7 +17,7 @@ from ..pictures.difference import Difference
 from ..pictures.difference import difference as difference_of
 from ..pictures.image import Image
 from ._drawing import check_target, new_figure, of_one_place
-from ._slices import one_number
+from ._slices import units_of
 from .gallery_figure import draw_picture, factor
 from .half_difference_figure import colour_bar, draw_slices, half_difference_axes, nodes, slice_of
 
@@ -107,7 +107,7 @@ def _of_materials(
     off = np.where(np.isfinite(images[0] + images[1]), np.nan_to_num(off), np.nan)
     known = np.abs(off[np.isfinite(off)])
     limit = max(float(np.quantile(known, SPAN)) if known.size else 0.0, 0.1)
-    unit = " or ".join(dict.fromkeys(words for m in (a, b) if (words := one_number(m)[1])))
+    unit = units_of((a, b))
     with new_figure(path, (12.6, 3.9)) as figure:
         axes = figure.subplots(1, 3)
         drawn = draw_slices(axes[:2], images, titles)

@@ -6,15 +6,12 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..errors import ParameterError, said_once
 from ..evaluate.tracing import at_most
-from ..pictures.colour import srgb_encode
-from ..pictures.image import Image
+from ..pictures.image import Image, shown_on_screen
 from ..scenes.rendering import default_light, most_samples, render
 from ._drawing import MOST, check_target, named, new_figure
 
@@ -125,10 +122,6 @@ def factor(exposure: float) -> float:
 
 def draw_picture(axes: Any, picture: Image, scale: float, title: str) -> None:
     """A picture times a factor, with its title."""
-    pixels = picture.colour if picture.pixels.shape[-1] == 3 else picture.colour.mean(axis=-1, keepdims=True)
-    codes = srgb_encode(np.clip(np.nan_to_num(pixels.astype(float)) * scale, 0.0, 1.0))
-    alpha = np.ones(codes.shape[:2]) if picture.alpha is None else np.clip(picture.alpha, 0.0, 1.0)
-    rgb = np.broadcast_to(codes, (*codes.shape[:2], 3))
-    axes.imshow(np.concatenate([rgb, alpha[..., None]], axis=-1), interpolation="antialiased")
+    axes.imshow(shown_on_screen(picture, scale), interpolation="antialiased")
     axes.set_axis_off()
     axes.set_title(title[:80], fontsize=10, parse_math=False)

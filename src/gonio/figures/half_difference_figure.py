@@ -13,9 +13,8 @@ from ..arrays.kinds import with_channels
 from ..base.frames import from_half_difference
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
-from ..tables.gridded import Gridded
-from ._drawing import GRAY, named, of_one_place, panels
-from ._slices import one_number
+from ._drawing import GRAY, materials_of, panels
+from ._slices import bounded, one_number, units_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,10 +56,9 @@ def half_difference(
     >>> print([axes.get_title() for axes in figure.axes[:2]])
     ['gold', 'copper']
     """
-    shown = named(materials, Reflectance, "materials")
-    of_one_place(shown)
+    shown = materials_of(materials)
     images = [slice_of(m, phi_d) for m in shown.values()]
-    unit = " or ".join(dict.fromkeys(words for m in shown.values() if (words := one_number(m)[1])))
+    unit = units_of(shown.values())
     with panels(path, axes, len(shown), (4.0, 3.5)) as (figure, where):
         drawn = draw_slices(where, images, list(shown) if len(shown) > 1 else [""])
         colour_bar(drawn, where, f"f [sr⁻¹]{', ' + unit if unit else ''}")
@@ -79,9 +77,7 @@ def slice_of(m: Reflectance, phi_d: float) -> np.ndarray:
     number, _ = one_number(m)
     theta_h, theta_d = (np.radians(0.5 * (edges[1:] + edges[:-1])) for edges in nodes())
     wi, wo = from_half_difference(theta_h[None, :], 0.0, theta_d[:, None], phi_d)
-    if isinstance(m, Gridded) and m.outside == "hold":
-        m = m.replace(outside="missing")
-    f = np.asarray(number(with_channels(m.f(wi, wo), 2)), float)
+    f = np.asarray(number(with_channels(bounded(m).f(wi, wo), 2)), float)
     return np.where((wi[..., 2] > 0.0) & (wo[..., 2] > 0.0), f, np.nan)
 
 

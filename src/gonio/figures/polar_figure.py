@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ._curves import degrees_of, draw_polar, of_one, of_several
-from ._drawing import named, of_one_place, panels
+from ._drawing import materials_of, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,9 +46,8 @@ def polar(
     >>> print(len(figure.axes))
     2
     """
-    shown = named(materials, Reflectance, "materials")
-    of_one_place(shown)
-    thetas = degrees_of("theta_i", theta_i)
+    shown = materials_of(materials)
+    thetas = degrees_of(theta_i)
     many = len(shown) > 1
     count = len(thetas or INCIDENCE) if many else 1
     with panels(path, axes, count, (4.6, 3.4)) as (figure, hosts):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ._curves import degrees_of, draw_cartesian, of_one, of_several, points_in_words
-from ._drawing import named, of_one_place, panels
+from ._drawing import materials_of, panels
 from .polar_figure import INCIDENCE
 
 if TYPE_CHECKING:
@@ -50,9 +50,8 @@ def slices(
     >>> print(len(figure.axes))
     2
     """
-    shown = named(materials, Reflectance, "materials")
-    of_one_place(shown)
-    thetas = degrees_of("theta_i", theta_i)
+    shown = materials_of(materials)
+    thetas = degrees_of(theta_i)
     count = 2 * (len(thetas or INCIDENCE) if len(shown) > 1 else 1)
     columns = 2 if len(shown) == 1 else min(count // 2, 4)
     with panels(path, axes, count, (5.0 if columns < 3 else 4.2, 3.6), columns) as (figure, where):

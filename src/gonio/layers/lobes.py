@@ -27,6 +27,14 @@ class _Passing(_Lobe):
         """The first rough interface, from the side of the viewer on."""
         return next(layer for layer in self._seen() if isinstance(layer, RoughInterface))
 
+    def to_light(self, wi: Direction) -> list[tuple[Any, Direction, Any]]:
+        """`passage` of the light."""
+        return self.passage(wi)
+
+    def arriving(self, wi: Direction) -> list[Mueller]:
+        """What interfaces do to light on its way to each place of `to_light`."""
+        return self.crossed(wi)
+
     def mirrored_and_passed(self, wo: Direction) -> tuple[Any, Any]:
         """What delta lobes reflect of light along wo, and what they let through, of all layers."""
         *above, (_, below, _) = self.passage(wo)
@@ -93,60 +101,71 @@ def outside(w: Direction, n: Any) -> tuple[Any, Direction]:
     return leaves, select(leaves, Direction(n * w.x, n * w.y, ops.sqrt(ops.where(leaves, z2, 1.0))), NORMAL)
 
 
-class _Reflected(_Passing):
-    """What the first rough interface reflects at once, seen through smooth interfaces and media."""
+class _AtOnce(_Passing):
+    """A lobe behind smooth interfaces and media, by light that gets straight to it and from it."""
+
+    @property
+    @abstractmethod
+    def lobe(self) -> Reflectance:
+        """What light meets behind them."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        (lit, ti, n), (seen, to, _) = self.passage(wi)[-1], self.passage(wo)[-1]
-        return lit * seen / (n * n) * mirroring(self.rough()).formula(ti, to)
+        (lit, ti, _), (seen, to, n) = self.to_light(wi)[-1], self.passage(wo)[-1]
+        return lit * seen / (n * n) * self.lobe.formula(ti, to)
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        M = mirroring(self.rough()).polarized(self.passage(wi)[-1][1], self.passage(wo)[-1][1])
-        return polarized.between(self.crossed(wi)[-1], M, self.crossed(wo)[-1], self.formula(wi, wo))
+        M = self.lobe.polarized(self.to_light(wi)[-1][1], self.passage(wo)[-1][1])
+        return polarized.between(self.arriving(wi)[-1], M, self.crossed(wo)[-1], self.formula(wi, wo))
+
+    def estimate(self, wo: Direction) -> Any:
+        seen, to, _ = self.passage(wo)[-1]
+        return seen * seen * self.lobe.estimate(to)
+
+
+class _Reflected(_AtOnce):
+    """What the first rough interface reflects at once."""
+
+    @property
+    def lobe(self) -> Reflectance:
+        return mirroring(self.rough())
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         _, to, n = self.passage(wo)[-1]
-        ti = mirroring(self.rough()).warp(to, u0, u1)
+        ti = self.lobe.warp(to, u0, u1)
         leaves, wi = outside(ti, n)
         return select(leaves & (ti.z > 0.0), wi, BEHIND)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         (lit, ti, n), (_, to, _) = self.passage(wi)[-1], self.passage(wo)[-1]
-        return ops.where(lit > 0.0, mirroring(self.rough()).density(ti, to) * wi.z / (n * n * ti.z), 0.0)
-
-    def estimate(self, wo: Direction) -> Any:
-        seen, to, _ = self.passage(wo)[-1]
-        return seen * seen * mirroring(self.rough()).estimate(to)
+        return ops.where(lit > 0.0, self.lobe.density(ti, to) * wi.z / (n * n * ti.z), 0.0)
 
 
-class _Seen(_Passing):
-    """A lobe of the base, straight through smooth interfaces and media, both ways."""
+class _Seen(_AtOnce):
+    """A lobe of the base."""
 
     base: Reflectance
 
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        (lit, ti, n), (seen, to, _) = self.passage(wi)[-1], self.passage(wo)[-1]
-        return lit * seen / (n * n) * self.base.formula(ti, to)
-
-    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        M = self.base.polarized(self.passage(wi)[-1][1], self.passage(wo)[-1][1])
-        return polarized.between(self.crossed(wi)[-1], M, self.crossed(wo)[-1], self.formula(wi, wo))
-
-    def estimate(self, wo: Direction) -> Any:
-        seen, to, _ = self.passage(wo)[-1]
-        return seen * seen * self.base.estimate(to)
+    @property
+    def lobe(self) -> Reflectance:
+        return self.base
 
 
 class _ScatteredOnce(_Passing):
     """Light that is scattered once, in a medium that it gets straight to and from."""
 
     @abstractmethod
+    def once(self, medium: Medium, ti: Direction, to: Direction) -> Any:
+        """f of a medium by itself."""
+
     def scattered(self, wi: Direction, wo: Direction) -> dict[int, Any]:
         """f of each medium, by the number of the layer from the viewer on."""
-
-    @abstractmethod
-    def arriving(self, wi: Direction) -> list[Mueller]:
-        """What interfaces do to light on its way to each layer, from the viewer on."""
+        found = {}
+        ways = zip(self._seen(), self.to_light(wi), self.passage(wo), strict=False)
+        for number, (layer, (lit, ti, _), (seen, to, n)) in enumerate(ways):
+            if isinstance(layer, Medium):
+                once = self.once(layer, ti, to)
+                found[number] = lit * seen / (n * n) * once
+        return found
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         total: Any = 0.0
@@ -172,17 +191,8 @@ class _ScatteredOnce(_Passing):
 class _Once(_ScatteredOnce):
     """Light that is scattered once and leaves where it came from: Hanrahan & Krueger's first order."""
 
-    def scattered(self, wi: Direction, wo: Direction) -> dict[int, Any]:
-        found = {}
-        ways = zip(self._seen(), self.passage(wi), self.passage(wo), strict=False)
-        for number, (layer, (lit, ti, n), (seen, to, _)) in enumerate(ways):
-            if isinstance(layer, Medium):
-                once = scattered_once(layer.depth, layer.albedo, layer.g, ti, to)
-                found[number] = lit * seen / (n * n) * once
-        return found
-
-    def arriving(self, wi: Direction) -> list[Mueller]:
-        return self.crossed(wi)
+    def once(self, medium: Medium, ti: Direction, to: Direction) -> Any:
+        return scattered_once(medium.depth, medium.albedo, medium.g, ti, to)
 
 
 class _Across(_Passing):
@@ -202,20 +212,16 @@ class _Across(_Passing):
         passage = self.other().passage(upward(wi))
         return [(passed, Direction(w.x, w.y, -w.z), n) for passed, w, n in passage]
 
+    def arriving(self, wi: Direction) -> list[Mueller]:
+        return self.other().crossed(upward(wi))
+
     def other(self) -> _Lobe:
         """A lobe of the stack seen from the other side."""
         return self._as(_Mirrors, behind=not self.behind)
 
 
-class _Straight(_Across):
+class _Straight(_Across, _Mirrors):
     """The delta lobe across: light that is refracted by smooth interfaces, and not scattered."""
-
-    @property
-    def is_delta(self) -> bool:
-        return True
-
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        return 0.0 * wi.z + 0.0 * self.channel
 
     def mirror(self, wo: Direction) -> Any:
         index = self.index
@@ -227,53 +233,39 @@ class _Straight(_Across):
     def mirrored(self, wo: Direction) -> Direction:
         return refracted(wo, NORMAL, self.index)
 
-    def estimate(self, wo: Direction) -> Any:
-        return self.mirror(wo)
-
 
 class _PassedOnce(_Across, _ScatteredOnce):
     """Light that is scattered once on its way through smooth interfaces and media."""
 
-    def scattered(self, wi: Direction, wo: Direction) -> dict[int, Any]:
-        found = {}
-        ways = zip(self._seen(), reversed(self.to_light(wi)[:-1]), self.passage(wo), strict=False)
-        for number, (layer, (lit, ti, _), (seen, to, n)) in enumerate(ways):
-            if isinstance(layer, Medium):
-                found[number] = lit * seen / (n * n) * passed_once(layer.depth, layer.albedo, layer.g, ti, to)
-        return found
+    def once(self, medium: Medium, ti: Direction, to: Direction) -> Any:
+        return passed_once(medium.depth, medium.albedo, medium.g, ti, to)
+
+    def to_light(self, wi: Direction) -> list[tuple[Any, Direction, Any]]:
+        return super().to_light(wi)[-2::-1]  # from the viewer on, without what lies behind all
 
     def arriving(self, wi: Direction) -> list[Mueller]:
-        return list(reversed(self.other().crossed(upward(wi))[:-1]))
+        return super().arriving(wi)[-2::-1]
 
 
-class _Refracted(_Across):
+class _Refracted(_Across, _AtOnce):
     """Light that one rough interface refracts, on its straight way through smooth interfaces and media."""
 
     @property
-    def refracting(self) -> Reflectance:
+    def lobe(self) -> Reflectance:
         layer = self.rough()
         _, (_, lobe) = facets(ground(layer), layer.eta)
         return lobe
 
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        (lit, ti, _), (seen, to, n) = self.to_light(wi)[-1], self.passage(wo)[-1]
-        return lit * seen / (n * n) * self.refracting.formula(ti, to)
-
-    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        M = self.refracting.polarized(self.to_light(wi)[-1][1], self.passage(wo)[-1][1])
-        into = self.other().crossed(upward(wi))[-1]
-        return polarized.between(into, M, self.crossed(wo)[-1], self.formula(wi, wo))
-
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         to, n = self.passage(wo)[-1][1], self.to_light(BEHIND)[-1][2]
-        ti = self.refracting.warp(to, u0, u1)
+        ti = self.lobe.warp(to, u0, u1)
         leaves, wi = outside(ti, n)
         return select(leaves & (ti.z < 0.0), Direction(wi.x, wi.y, -wi.z), NORMAL)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         (lit, ti, n), (_, to, _) = self.to_light(wi)[-1], self.passage(wo)[-1]
-        return ops.where(lit > 0.0, self.refracting.density(ti, to) * wi.z / (n * n * ti.z), 0.0)
+        return ops.where(lit > 0.0, self.lobe.density(ti, to) * wi.z / (n * n * ti.z), 0.0)
 
     def estimate(self, wo: Direction) -> Any:
         seen, to, n = self.passage(wo)[-1]
-        return seen * self.refracting.estimate(to) / (n * n)
+        return seen * self.lobe.estimate(to) / (n * n)

@@ -119,14 +119,14 @@ def indices(parts: Sequence[Part]) -> list[complex]:
     return found
 
 
-def response(parts: Sequence[Part], base: Base | None, tolerance: float, nodes: int | None = None) -> Response:
+def response(parts: Sequence[Part], base: Base | None, tolerance: float) -> Response:
     """The response of a stack on a base, or over nothing.
 
     The series ends where no order is more than a tenth of the tolerance of the least f around the circle, for any two
     nodes: of forward particles it is what leaves at grazing that takes most.
     """
     whole = _real(indices(parts))
-    grating = grid(whole, nodes or nodes_for(parts, tolerance))
+    grating = grid(whole, nodes_for(parts, tolerance))
     ends = [(0, 0)] if base is not None else [(0, 0), (-1, -1), (0, -1)]
     sides = [(whole[a], whole[b]) for a, b in ends]
     clear: list[Any] = [(..., *np.ix_(*(np.flatnonzero(grating.mu(n).real > LOWEST) for n in pair))) for pair in sides]

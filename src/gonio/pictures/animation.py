@@ -10,9 +10,8 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..files import replacing
-from .colour import srgb_encode
 from .files._source import library
-from .image import Image
+from .image import Image, shown_on_screen
 
 SUFFIXES = (".png", ".gif")
 
@@ -41,8 +40,7 @@ def save_animation(frames: Sequence[Image], path: str | os.PathLike[str], second
 def _codes(frame: Image, exposure: float, opaque: bool) -> np.ndarray:
     if frame.pixels.shape[-1] not in (1, 3):
         raise ParameterError(f"frames have {frame.pixels.shape[-1]} channels, expected 1 or 3; choose bands=")
-    light = np.nan_to_num(frame.colour.astype(float)) * 2.0**exposure
-    rgb = np.broadcast_to(srgb_encode(np.clip(light, 0.0, 1.0)), (*light.shape[:2], 3))
-    alpha = np.ones((*light.shape[:2], 1)) if frame.alpha is None else np.clip(frame.alpha, 0.0, 1.0)[..., None]
-    codes = rgb * alpha + 1.0 - alpha if opaque else np.concatenate([rgb, alpha], axis=-1)
+    codes = shown_on_screen(frame, 2.0**exposure)
+    if opaque:
+        codes = codes[..., :3] * codes[..., 3:] + 1.0 - codes[..., 3:]
     return np.floor(255.0 * codes + 0.5).astype(np.uint8)

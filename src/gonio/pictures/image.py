@@ -24,7 +24,7 @@ from ..declared.numbers import numbers
 from ..errors import FormatError, MeaningWarning, ParameterError, ShapeError, TooLargeError, warn
 from ..files import replacing, target
 from ..machine.aside import apart
-from .colour import SRGB_XY, srgb_decode
+from .colour import SRGB_XY, srgb_decode, srgb_encode
 from .files._source import Limits, Picture, Source, Unsettled, opened
 
 PIXELS = 2**29
@@ -162,6 +162,14 @@ def check_target(path: str | os.PathLike[str], exposure: float = 0.0) -> None:
         expected = "within 200 stops for .png, 0 for .exr and .hdr; scale the pixels instead"
         raise ParameterError(f"{path}: exposure is {exposure}, expected {expected}")
     target(path)
+
+
+def shown_on_screen(picture: Image, scale: float = 1.0) -> NDArray[Any]:
+    """A picture times a factor as sRGB with its coverage (H, W, 4), from 0 to 1; gray where channels are no colours."""
+    linear = picture.colour if picture.pixels.shape[-1] == 3 else picture.colour.mean(axis=-1, keepdims=True)
+    codes = srgb_encode(np.clip(np.nan_to_num(linear.astype(float)) * scale, 0.0, 1.0))
+    alpha = np.ones(codes.shape[:2]) if picture.alpha is None else np.clip(picture.alpha, 0.0, 1.0)
+    return np.concatenate([np.broadcast_to(codes, (*codes.shape[:2], 3)), alpha[..., None]], axis=-1)
 
 
 def over_black(pixels: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:

@@ -13,8 +13,8 @@ from ...base import kernels
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...evaluate.tracing import Task, traced
+from ...models.lambertian import Lambertian
 from .colours import Colours
-from .lobes import flags_of, is_straight
 from .numbers import Number, numbers, parameters, tables
 from .walk import walk
 
@@ -82,6 +82,42 @@ class Carried:
         return colour, rest
 
 
+def _lobes(m: Reflectance, back: bool) -> list[Reflectance]:
+    """The lobes that a viewer in front, or behind, sees."""
+    seen = m if m.sides == "front" else m.turned(back)
+    if m.sides == "front" and back:
+        return []
+    return [lobe for weight, lobe in seen.lobes() if not (isinstance(weight, float) and weight == 0.0)]
+
+
+def _is_straight(m: Reflectance) -> bool:
+    """Whether what a delta lobe lets through goes straight on, so that Mitsuba may follow it as through empty space."""
+    across = any(lobe.is_delta and lobe.sides == "across" for back in (False, True) for lobe in _lobes(m, back))
+    return across and isinstance(m.index, float) and m.index == 1.0
+
+
+def _flags_of(mi: Any, m: Reflectance) -> list[int]:
+    """Mitsuba's flags for each kind of lobe of a material: what it is, and on which sides of the surface."""
+    kinds: dict[int, int] = {}
+    for back, side in ((False, mi.BSDFFlags.FrontSide), (True, mi.BSDFFlags.BackSide)):
+        for lobe in _lobes(m, back):
+            kind = _kind(mi, lobe, m)
+            kinds[kind] = kinds.get(kind, 0) | int(side)
+    common = int(mi.BSDFFlags.Anisotropic) if m.is_oriented() else 0
+    return [kind | sides | common for kind, sides in kinds.items()]
+
+
+def _kind(mi: Any, lobe: Reflectance, m: Reflectance) -> int:
+    flags = mi.BSDFFlags
+    if lobe.sides == "across":
+        if lobe.is_delta:
+            return int(flags.Null if _is_straight(m) else flags.DeltaTransmission | flags.NonSymmetric)
+        return int(flags.GlossyTransmission | flags.NonSymmetric)
+    if lobe.is_delta:
+        return int(flags.DeltaReflection)
+    return int(flags.DiffuseReflection if isinstance(lobe, Lambertian) else flags.GlossyReflection)
+
+
 @cache
 def kind(variant: str) -> type:
     """The class of BSDFs for the variant that is set.
@@ -98,11 +134,11 @@ def kind(variant: str) -> type:
         def __init__(self, props: Any, m: Reflectance):
             super().__init__(props)
             self.carried = Carried(mi, m)
-            self.m_components = flags_of(mi, m)
+            self.m_components = _flags_of(mi, m)
             self.m_flags = 0
             for flags in self.m_components:
                 self.m_flags |= flags
-            kinds, straight = mi.BSDFFlags, is_straight(m)
+            kinds, straight = mi.BSDFFlags, _is_straight(m)
             self._kinds = [kinds.GlossyReflection, kinds.GlossyTransmission, kinds.DeltaReflection]
             self._kinds.append(kinds.Null if straight else kinds.DeltaTransmission)
             self._straight = straight

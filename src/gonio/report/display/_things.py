@@ -47,6 +47,11 @@ def short(value: Any) -> str:
     return textwrap.shorten(shown, SHORT, placeholder=" …")
 
 
+def numbers(values: Any) -> str:
+    """Numbers in a row."""
+    return ", ".join(f"{x:.4g}" for x in np.atleast_1d(values))
+
+
 def _span(value: np.ndarray) -> str:
     if value.dtype.kind not in "fiu" or not np.isfinite(value).any():
         return ""

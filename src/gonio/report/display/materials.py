@@ -19,7 +19,7 @@ from ...facts.material import facts, settable
 from ...formula.parametrised import Parametrised
 from . import _sphere
 from ._html import Cut, Raw, code, image, paragraph, sparkline, swatch, table, text
-from ._things import html_of, png_of, short
+from ._things import html_of, numbers, png_of, short
 
 ENDLESS = 1e30
 """The bound of what is not bounded."""
@@ -102,11 +102,11 @@ def _number(value: Any, unit: str) -> str | Raw:
     if not isinstance(value, np.ndarray) or value.ndim > 1 or value.dtype.kind not in "fiu":
         return short(value) + unit
     if value.shape == (3,) and not unit and ((value >= 0.0) & (value <= 1.0)).all():
-        return Raw(swatch(value.tolist()) + text(", ".join(f"{x:.4g}" for x in value)))
+        return Raw(swatch(value.tolist()) + text(numbers(value)))
     if len(value) > 4:
         span = f"{np.nanmin(value):.3g} … {np.nanmax(value):.3g}{unit}, {len(value)} numbers"
         return Raw(sparkline(value.tolist()) + text(span))
-    return ", ".join(f"{x:.4g}" for x in value) + unit
+    return numbers(value) + unit
 
 
 def _held(about: dict[str, Any]) -> Iterator[tuple[str, Any]]:

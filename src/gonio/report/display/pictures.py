@@ -16,7 +16,7 @@ from ...scenes.scene import Scene
 from ...scenes.stokes import StokesPicture
 from . import _sphere
 from ._html import Cut, image, paragraph, table
-from ._things import html_of, png_of
+from ._things import html_of, numbers, png_of
 
 WIDTH, FINEST = 320, 640
 """Pixels across: as shown, and of what is sent at most."""
@@ -81,19 +81,23 @@ def _stokes(picture: StokesPicture) -> Cut:
     return Cut("StokesPicture", repr(picture)[:120], parts=(table(("", ""), rows),))
 
 
+def _material(mesh: Mesh) -> str:
+    return "that of the picture" if mesh.material is None else repr(mesh.material)[:120]
+
+
 @html_of.register
 def _mesh(mesh: Mesh) -> Cut:
     low, high = mesh.triangles.vertices.min(axis=0), mesh.triangles.vertices.max(axis=0)
     rows: list[Sequence[Any]] = [
         ("triangles", len(mesh.triangles.faces)),
         ("vertices", len(mesh.triangles.vertices)),
-        ("from", ", ".join(f"{x:.4g}" for x in low)),
-        ("to", ", ".join(f"{x:.4g}" for x in high)),
+        ("from", numbers(low)),
+        ("to", numbers(high)),
         ("area", f"{mesh.triangles.areas.sum():.4g}"),
-        ("material", "that of the picture" if mesh.material is None else repr(mesh.material)[:120]),
+        ("material", _material(mesh)),
     ]
     if mesh.exitance.any():
-        rows.append(("exitance", ", ".join(f"{x:.4g}" for x in np.atleast_1d(mesh.exitance)) + " W m-2"))
+        rows.append(("exitance", numbers(mesh.exitance) + " W m-2"))
     if mesh.uv is not None:
         rows.append(("texture", "places of its own"))
     return Cut("Mesh", "", _cast([mesh]), (table(("", ""), rows),))
@@ -105,8 +109,8 @@ def _scene(scene: Scene) -> Cut:
         (
             k,
             len(mesh.triangles.faces),
-            "that of the picture" if mesh.material is None else repr(mesh.material)[:120],
-            ", ".join(f"{x:.4g}" for x in np.atleast_1d(mesh.exitance)) if mesh.exitance.any() else "",
+            _material(mesh),
+            numbers(mesh.exitance) if mesh.exitance.any() else "",
         )
         for k, mesh in enumerate(scene.parts)
     ]
@@ -123,7 +127,7 @@ def _radiosity(light: Radiosity) -> Cut:
     for part in range(int(light.part.max()) + 1):
         of = light.part == part
         leaves, arrives = (np.average(x[of], axis=0, weights=area[of]) for x in (light.radiosity, light.irradiance))
-        rows.append((part, int(of.sum()), *(", ".join(f"{x:.4g}" for x in values[:4]) for values in (leaves, arrives))))
+        rows.append((part, int(of.sum()), *(numbers(values[:4]) for values in (leaves, arrives))))
     balance, escaped = (", ".join(f"{b:.4f}" for b in shares[:3]) for shares in (light.balance, light.escaped))
     words = f"{len(light.part)} patches; energy balance {balance}, escaped {escaped}"
     head = ("part", "patches", "leaves [W m-2]", "arrives [W m-2]")

@@ -18,7 +18,7 @@ from ...errors import ParameterError
 from ...evaluate.tracing import at_most
 from ...facts import finite
 from ...facts.subject import Subject
-from ...figures._drawing import named, of_one_place
+from ...figures._drawing import materials_of
 from ...files import replacing, target
 from . import browser, lobes, pictures
 from .contents import contents_of, summarised
@@ -71,8 +71,7 @@ def write_report(
     0.5
     """
     kind = check_target(path)
-    shown = named(materials, Reflectance, "materials")
-    of_one_place(shown)
+    shown = materials_of(materials)
     subjects = [Subject.of(name, m) for name, m in shown.items()]
     captioned = None if lights is None else [(caption, [light]) for caption, light in lights.items()]
     if kind == ".json":
@@ -94,13 +93,13 @@ def check_target(path: str | os.PathLike[str]) -> str:
 
 
 def data(
-    subjects: Sequence[Subject], title: str = "", fits: bool = True, progress: Progress | None = None
+    subjects: Sequence[Subject], title: str = "", fits: bool = True, progress: Progress | None = None, upto: float = 1.0
 ) -> dict[str, Any]:
-    """What the report says, as JSON data with NaN."""
+    """What the report says, as JSON data with NaN; `upto`: the share of the progress that this takes."""
     several = []
     for k, subject in enumerate(subjects):
         with at_most(pictures.ELEMENTS):
-            several.append(contents_of(subject, fits, _part(progress, k, len(subjects))))
+            several.append(contents_of(subject, fits, _part(progress, k, len(subjects), 0.0, upto)))
     return {
         "title": title or ", ".join(_short(subject.name) for subject in subjects),
         "gonio": __version__,
@@ -122,13 +121,13 @@ def made(
     progress: Progress | None = None,
 ) -> str:
     """The report as a page."""
-    report = data(subjects, title, fits, _scaled(progress, 0.0, NUMBERS))
+    report = data(subjects, title, fits, progress, NUMBERS)
     shown = []
     for k, (subject, one) in enumerate(zip(subjects, report["materials"], strict=True)):
-        tell = _part(_scaled(progress, NUMBERS, 1.0), k, len(subjects))
+        tell = _part(progress, k, len(subjects), NUMBERS, 1.0)
         m = subject.m
         with at_most(pictures.ELEMENTS):
-            spheres = pictures.spheres(m, lights or pictures.usual_lights(m), _scaled_share(tell, 0.6))
+            spheres = pictures.spheres(m, lights or pictures.usual_lights(m), tell)
             of_lobes = Guarded()
             of_lobes.add("lobes", partial(lobes.lobes, m))
             given = of_lobes.parts["lobes"]
@@ -155,18 +154,8 @@ def write_json(path: str | os.PathLike[str], report: dict[str, Any]) -> None:
         Path(temporary).write_text(json.dumps(finite(report), indent=1, allow_nan=False), encoding="utf-8")
 
 
-def _scaled(progress: Progress | None, low: float, high: float) -> Progress | None:
-    """A progress that fills a part of another."""
+def _part(progress: Progress | None, k: int, count: int, start: float, stop: float) -> Callable[[float], None]:
+    """What is told the share that is done of the k-th of several materials, between two shares of the whole."""
     if progress is None:
-        return None
-    return lambda done, total: progress(round(1000 * (low + (high - low) * done / total)), 1000)
-
-
-def _scaled_share(tell: Callable[[float], None], part: float) -> Callable[[float], None]:
-    """What is told a share of a part."""
-    return lambda share: tell(part * share)
-
-
-def _part(progress: Progress | None, k: int, count: int) -> Callable[[float], None]:
-    """What is told the share that is done of the k-th of several materials."""
-    return lambda share: progress(round(1000 * (k + share) / count), 1000) if progress is not None else None
+        return lambda share: None
+    return lambda share: progress(round(1000 * (start + (stop - start) * (k + share) / count)), 1000)

@@ -98,8 +98,8 @@ def label(text: str) -> str:
     return escape(text).replace("[°]", "[<tspan data-unit>°</tspan>]")
 
 
-def simplified(x: np.ndarray, y: np.ndarray, exact: float = EXACT) -> np.ndarray:
-    """Which points of a curve are kept, so that no other is further from it than `exact` (Douglas & Peucker 1973)."""
+def simplified(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Which points of a curve are kept, so that no other is further from it than EXACT (Douglas & Peucker 1973)."""
     keep = np.zeros(len(x), bool)
     keep[[0, -1]] = True
     stack = [(0, len(x) - 1)]
@@ -109,9 +109,9 @@ def simplified(x: np.ndarray, y: np.ndarray, exact: float = EXACT) -> np.ndarray
             continue
         dx, dy = x[b] - x[a], y[b] - y[a]
         length, u, v = math.hypot(dx, dy), x[a + 1 : b] - x[a], y[a + 1 : b] - y[a]
-        off = np.abs(dx * v - dy * u) / length if length > exact else np.hypot(u, v)
+        off = np.abs(dx * v - dy * u) / length if length > EXACT else np.hypot(u, v)
         k = int(off.argmax())
-        if off[k] > exact:
+        if off[k] > EXACT:
             keep[a + 1 + k] = True
             stack += [(a, a + 1 + k), (a + 1 + k, b)]
     return keep
@@ -251,9 +251,9 @@ def legend(entries: Sequence[tuple[str, str]], title: str = "") -> str:
     return f'<ul class="legend">{head}{items}</ul>'
 
 
-def figure(drawing: str, caption: str, below: str = "", kind: str = "") -> str:
+def figure(drawing: str, caption: str, below: str = "") -> str:
     """A drawing with its caption, as HTML, and its legend."""
-    return f'<figure class="chart {kind}">{drawing}{below}<figcaption>{caption}</figcaption></figure>'
+    return f'<figure class="chart">{drawing}{below}<figcaption>{caption}</figcaption></figure>'
 
 
 def gaps(views: np.ndarray, curves: Sequence[np.ndarray], least: float) -> list[tuple[float, float]]:

@@ -18,7 +18,7 @@ from ...errors import ParameterError
 from ...facts.material import facts, quoted, to_rgb
 from ...facts.models import formulas
 from ...facts.subject import Subject
-from ...figures._slices import lit_range, one_number, plane
+from ...figures._slices import lit_range, one_number, plane, viewed_from
 from ...integrals.albedo import albedo, white_sky_albedo
 from ...integrals.fate import fate
 from ...laws import check, summaries
@@ -28,7 +28,6 @@ from ...tables.gridded import Gridded
 from . import curves
 from .fits import fits_of
 from .guarded import Guarded
-from .polarized import polarization
 
 TABLE = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
 """Angles of incidence [degrees] of the tables of albedos."""
@@ -44,6 +43,17 @@ WHITE_SKY, MEASURED = 1e-3, 5e-3
 
 COLUMNS = 7
 """The most channels of a table."""
+
+POLARIZED = (15.0, 45.0, 60.0, 75.0)
+"""Angles of incidence [degrees] at which polarization is shown."""
+
+VIEWS = np.linspace(-89.5, 89.5, 359)
+"""Viewing angles [degrees] of polarization."""
+
+OF_A_LAW = (
+    *("name", "verdict", "passed", "value", "tolerance", "finding", "where", "why", "declared", "significance", "u"),
+)
+"""What is told of a verdict."""
 
 Progress = Callable[[float], None]
 """Told the share that is done, from 0 to 1."""
@@ -71,7 +81,7 @@ def contents_of(subject: Subject, with_fits: bool = True, progress: Progress | N
     found.add("colour", lambda: colours(m))
     found.add("delta", lambda: _deltas(m) if m.has_delta else None)
     found.add("fate", lambda: _fates(m) if m.sides != "front" else None)
-    found.add("polarization", lambda: polarization(m) if m.polarizes else None)
+    found.add("polarization", lambda: _polarization(m) if m.polarizes else None)
     tell(0.65)
     if with_fits:
         found.add("fits", lambda: fits_of(m, subject.text))
@@ -167,23 +177,7 @@ def _white_sky(m: Reflectance) -> dict[str, Any]:
 
 def _laws(m: Reflectance, progress: Callable[[int, int], None]) -> dict[str, Any]:
     report, statements = check(m, progress=progress), summaries()
-    laws = [
-        {
-            "name": law.name,
-            "verdict": law.verdict,
-            "passed": law.passed,
-            "statement": statements[law.name],
-            "value": law.value,
-            "tolerance": law.tolerance,
-            "finding": law.finding,
-            "where": law.where,
-            "why": law.why,
-            "declared": law.declared,
-            "significance": law.significance,
-            "u": law.u,
-        }
-        for law in report.laws
-    ]
+    laws = [{"statement": statements[x.name], **{key: getattr(x, key) for key in OF_A_LAW}} for x in report.laws]
     return {"passed": report.passed, "lawful": report.lawful, "laws": laws, "notes": list(report.notes)}
 
 
@@ -239,6 +233,41 @@ def _fates(m: Reflectance) -> dict[str, Any]:
         **{name: number(with_channels(x, 1)).tolist() for name, x in shares.items()},
         "by_channel": {name: with_channels(x, 1).tolist() for name, x in shares.items()},
     }
+
+
+def _polarization(m: Reflectance) -> dict[str, Any]:
+    """The degree of linear polarization of the light that leaves, of unpolarised light that arrives, in the plane of
+    incidence; Mueller matrices at the mirror directions over their first element; and those of delta lobes."""
+    phi = plane(m)
+    wi = direction(np.radians(POLARIZED), phi)
+    mirrors = direction(np.radians(POLARIZED), phi + math.pi)
+    seen = np.array([[*viewed_from(phi, VIEWS), mirror] for mirror in mirrors])
+    # pair by pair, as the laws ask: the kernel of a Mueller matrix takes long to compile
+    pairs = np.repeat(wi, seen.shape[1], axis=0), seen.reshape(-1, 3)
+    rows, matrices = [], []
+    for theta, mirror_wo, M in zip(
+        POLARIZED, mirrors, _as_one(m, m.mueller(*pairs)).reshape(*seen.shape[:2], 4, 4), strict=True
+    ):
+        of_views, mirror = M[:-1], M[-1]
+        with np.errstate(all="ignore"):
+            degree = np.hypot(of_views[:, 1, 0], of_views[:, 2, 0]) / of_views[:, 0, 0]
+        rows.append({"theta_i": theta, "views": VIEWS.tolist(), "degree": degree.tolist()})
+        if mirror[0, 0] <= 0.0 and m.has_delta:
+            mirror = _as_one(m, m.delta_mueller(mirror_wo))
+        if mirror[0, 0] > 0.0:
+            matrices.append(
+                {"theta_i": theta, "first": float(mirror[0, 0]), "matrix": (mirror / mirror[0, 0]).tolist()}
+            )
+    known = any(np.isfinite(row["degree"]).any() for row in rows)
+    return {"degree": rows if known else [], "mirror": matrices, "delta": not known}
+
+
+def _as_one(m: Reflectance, M: np.ndarray) -> np.ndarray:
+    """Mueller matrices of all channels as that of one number, as curves are."""
+    if m.channels is None:
+        return np.asarray(M, float)
+    number, _ = one_number(m)
+    return np.asarray(number(np.moveaxis(M, -3, -1)), float)
 
 
 def summarised(several: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays.kinds import with_channels
-from ...base.angles import direction
 from ...base.reflectance import Reflectance
-from ...figures._slices import incidences, one_number, plane, slices_of
+from ...figures._slices import bounded, f_in_plane, incidences, one_number, plane, slices_of
 from ...figures.half_difference_figure import nodes, slice_of
 from ...tables.gridded import Gridded
 
@@ -22,11 +20,6 @@ TURNS = {"in_plane": 0.0, "across": 0.5 * math.pi}
 """Name of a plane -> the angle [rad] from the plane of incidence."""
 
 
-def bounded(m: Reflectance) -> Reflectance:
-    """The material, without values beyond the outermost nodes of a measurement."""
-    return m.replace(outside="missing") if isinstance(m, Gridded) and m.outside == "hold" else m
-
-
 def views_about(theta: float) -> np.ndarray:
     """Viewing angles [degrees], dense about the mirror direction and about the light, so that no peak is chopped."""
     beside = np.concatenate([[0.0], np.geomspace(0.005, 12.0, 48)])
@@ -35,42 +28,24 @@ def views_about(theta: float) -> np.ndarray:
     return views[np.abs(views) <= END]
 
 
-def usual(m: Reflectance) -> list[float]:
-    """Angles of incidence [degrees] of the slices."""
-    return [float(theta) for theta in incidences(m)]
-
-
-def f_in_plane(m: Reflectance, theta: float, views: np.ndarray, turn: float = 0.0, through: bool = False) -> np.ndarray:
-    """f [1/sr] as one number at viewing angles [degrees], in the plane of incidence or in one turned from it.
-
-    through   seen from the other side: angles are those from the inward normal
-    """
-    number, _ = one_number(m)
-    phi = plane(m)
-    polar = np.radians(np.abs(views))
-    wo = direction(math.pi - polar if through else polar, np.where(views < 0.0, phi, phi + math.pi) + turn)
-    return np.asarray(number(with_channels(bounded(m).f(direction(math.radians(theta), phi), wo), 1)), float)
-
-
 def slices(m: Reflectance) -> dict[str, Any]:
     """f against the viewing angle [degrees], negative on the side of the light, for angles of incidence."""
-    thetas = usual(m)
+    thetas, within = incidences(m), bounded(m)
+    views_of = [views_about(theta) for theta in thetas]
     found: dict[str, Any] = {"unit": one_number(m)[1], "azimuth_of_light": math.degrees(plane(m))}
     for name, turn in TURNS.items():
         measured = slices_of(m, thetas, turn) if isinstance(m, Gridded) else [None] * len(thetas)
         found[name] = []
-        for theta, points in zip(thetas, measured, strict=True):
-            views = views_about(theta)
-            row = {"theta_i": theta, "views": views.tolist(), "f": f_in_plane(m, theta, views, turn).tolist()}
+        for theta, views, points in zip(thetas, views_of, measured, strict=True):
+            row = {"theta_i": theta, "views": views.tolist(), "f": f_in_plane(within, theta, views, turn).tolist()}
             if points is not None and points.views.size:
                 u = None if points.u is None else points.u.tolist()
                 row["measured"] = {"views": points.views.tolist(), "f": points.measured.tolist(), "u": u}
             found[name].append(row)
     if m.sides != "front":
         found["through"] = []
-        for theta in thetas:
-            views = views_about(theta)
-            f = f_in_plane(m, theta, views, through=True)
+        for theta, views in zip(thetas, views_of, strict=True):
+            f = f_in_plane(within, theta, views, through=True)
             found["through"].append({"theta_i": theta, "views": views.tolist(), "f": f.tolist()})
     return found
 

@@ -10,13 +10,14 @@ from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...catalogue import builtin
 from ...catalogue.expressions import expression
-from ...errors import Error, visible
+from ...errors import Error
 from ...evaluate.tracing import content
-from ...figures._slices import lit_range
+from ...figures._slices import bounded, f_in_plane, incidences, lit_range
 from ...fitting.fitting import fit
 from ...fitting.result import Fit
 from ...reconstruction.nearest import nearest
 from . import curves
+from .guarded import in_a_line
 
 MODELS = (
     "Lambertian() + Microfacet(GGX(), Schlick())",
@@ -59,7 +60,7 @@ def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
                 row = {"name": match.name, "distance": match.distance, "compared": match.compared, "what": match.what}
                 found["nearest"].append(row)
     except Error as error:
-        found["reasons"].append(_line(error))
+        found["reasons"].append(in_a_line(error))
     if found["reasons"] and m.sides != "front":
         return found
     if (m.channels or 1) > CHANNELS:
@@ -74,7 +75,7 @@ def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
         try:
             fits.append((text, fit(m, model)))
         except Error as error:
-            if (reason := _line(error)) not in found["reasons"]:
+            if (reason := in_a_line(error)) not in found["reasons"]:
                 found["reasons"].append(reason)
     fits.sort(key=lambda pair: pair[1].rms)
     found["exact"] += [text for text, of in fits if of.rms <= EXACT * _size(of)]
@@ -90,10 +91,6 @@ def _size(of: Fit) -> float:
     s = of.problem.samples
     values = s.f[s.valid] / (s.u[s.valid] if of.loss == "likelihood" and s.u is not None else 1.0)
     return float(np.sqrt(np.mean(values**2)))
-
-
-def _line(error: Error) -> str:
-    return visible(" ".join(str(error).split()))
 
 
 def _told(text: str, of: Fit) -> dict[str, Any]:
@@ -112,7 +109,7 @@ def _told(text: str, of: Fit) -> dict[str, Any]:
 
 def _residuals(m: Reflectance, of: Fit) -> list[dict[str, Any]]:
     """f of the material and of the best model in the plane of incidence."""
-    known = curves.usual(m)
+    known, within = incidences(m), bounded(m)
     thetas = (
         sorted({min(known, key=lambda t: abs(t - theta)) for theta in COMPARED})
         if isinstance(m, Measured)
@@ -121,9 +118,7 @@ def _residuals(m: Reflectance, of: Fit) -> list[dict[str, Any]]:
     rows = []
     for theta in thetas:
         views = curves.views_about(theta)
-        f = curves.f_in_plane(m, theta, views)
-        model = (
-            curves.f_in_plane(of.model, theta, views) if theta <= lit_range(m)[1] + 1.0 else np.full(len(views), np.nan)
-        )
+        f = f_in_plane(within, theta, views)
+        model = f_in_plane(of.model, theta, views) if theta <= lit_range(m)[1] + 1.0 else np.full(len(views), np.nan)
         rows.append({"theta_i": theta, "views": views.tolist(), "f": f.tolist(), "model": model.tolist()})
     return rows

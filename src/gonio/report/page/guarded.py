@@ -28,10 +28,15 @@ class Guarded:
                 self.parts[name] = made()
             except Error as error:
                 self.parts[name] = None
-                self.left_out[name] = visible(" ".join(str(error).split()))
-        told = dict.fromkeys(visible(" ".join(str(w.message).split())) for w in said if not _of_python(w))
+                self.left_out[name] = in_a_line(error)
+        told = dict.fromkeys(in_a_line(w.message) for w in said if not _of_python(w))
         if told:
             self.notes[name] = list(told)
+
+
+def in_a_line(message: Warning | Error | str) -> str:
+    """What an error or a warning says."""
+    return visible(" ".join(str(message).split()))
 
 
 def _of_python(warning: Any) -> bool:

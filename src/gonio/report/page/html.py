@@ -20,21 +20,22 @@ POLICY = (
 """What the browser lets the page do: nothing beyond itself."""
 
 
-SECTIONS: dict[str, tuple[str, Callable[[Told], str]]] = {
-    "what": ("What it is", about.what),
-    "lobe": ("Lobe", shown.lobe),
-    "slices": ("Slices", shown.slices),
-    "albedo": ("Albedo", shown.albedo),
-    "light": ("In the light", shown.light),
-    "laws": ("Laws", judged.laws),
-    "fits": ("Fits", judged.fits),
-    "colour": ("Colour", judged.colour),
-    "transmission": ("What becomes of light", judged.transmission),
-    "polarization": ("Polarization", judged.polarization),
-    "provenance": ("Provenance and citation", about.provenance),
-    "reproduce": ("Do it yourself", about.reproduce),
+SECTIONS: dict[str, tuple[str, Callable[[Told], str], tuple[str, ...]]] = {
+    "what": ("What it is", about.what, ()),
+    "lobe": ("Lobe", shown.lobe, ("lobes",)),
+    "slices": ("Slices", shown.slices, ("slices", "half_difference")),
+    "albedo": ("Albedo", shown.albedo, ("albedo", "delta")),
+    "light": ("In the light", shown.light, ()),
+    "laws": ("Laws", judged.laws, ("laws",)),
+    "fits": ("Fits", judged.fits, ("fits",)),
+    "colour": ("Colour", judged.colour, ("colour",)),
+    "transmission": ("What becomes of light", judged.transmission, ("fate",)),
+    "polarization": ("Polarization", judged.polarization, ("polarization",)),
+    "provenance": ("Provenance and citation", about.provenance, ()),
+    "reproduce": ("Do it yourself", about.reproduce, ()),
 }
-"""Name -> title and maker of the sections of a report about one material."""
+"""Name -> title and maker of the sections of a report about one material, and the parts that they tell of; without the
+first of these a section is the reason why it is missing."""
 
 
 def page(report: dict[str, Any], pictures: Sequence[dict[str, Any]]) -> str:
@@ -79,8 +80,8 @@ def script_data(data: Any) -> str:
 def article(its: Told, level: int) -> str:
     """All sections of one material, behind a heading of this level, and what leads to them."""
     links, body = "", ""
-    for name, (title, make) in SECTIONS.items():
-        if inner := make(its):
+    for name, (title, make, parts) in SECTIONS.items():
+        if inner := its.told(make, *parts):
             has_spectrum = name == "colour" and (its.one["colour"] or {}).get("spectrum")
             title = "Spectrum and colour" if has_spectrum else title
             links += f'<a href="#{its.key}-{name}">{title}</a>'

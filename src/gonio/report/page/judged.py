@@ -20,8 +20,6 @@ VERDICTS = {
 def laws(its: Told) -> str:
     """The verdicts."""
     given = its.one["laws"]
-    if not given:
-        return its.remarks("laws")
     rows = []
     for law in given["laws"]:
         kind, words = VERDICTS[law["verdict"]]
@@ -35,14 +33,12 @@ def laws(its: Told) -> str:
     notes = "".join(f'<p class="note">{typeset(text)}</p>' for text in given["notes"])
     lead = "Each law is measured, and the number held to its tolerance."
     cells = table(("law", "verdict", "number and tolerance", "where"), rows, kind="laws")
-    return f"<p>{lead}</p>{cells}{notes}{its.remarks('laws')}"
+    return f"<p>{lead}</p>{cells}{notes}"
 
 
 def fits(its: Told) -> str:
     """The nearest materials and models."""
     given = its.one["fits"]
-    if not given:
-        return its.remarks("fits")
     lead = (
         "How near models come to the measurement, and which built-in materials are most like it."
         if given["measured"]
@@ -92,14 +88,12 @@ def fits(its: Told) -> str:
     if given["models"]:
         parts += [f'<p class="note">{escape(text)}</p>' for text in given["models"][0]["notes"]]
     parts += [reason(text) for text in given["reasons"]]
-    return "".join(parts) + its.remarks("fits")
+    return "".join(parts)
 
 
 def colour(its: Told) -> str:
     """Patches and the spectrum."""
     given = its.one["colour"]
-    if not given:
-        return its.remarks("colour")
     parts = []
     if given["patches"]:
         items = []
@@ -112,27 +106,23 @@ def colour(its: Told) -> str:
         parts.append(f'<ul class="patches">{"".join(items)}</ul>')
     if given["spectrum"]:
         parts.append(f'<div class="charts">{plots.of_spectrum(given["spectrum"])}</div>')
-    return "".join(parts) + its.remarks("colour")
+    return "".join(parts)
 
 
 def transmission(its: Told) -> str:
     """Shares of light, where it passes."""
     given = its.one["fate"]
-    if not given:
-        return its.remarks("fate")
     wanted = [k for k, theta in enumerate(given["theta_i"]) if theta in (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)]
     names = ("reflected", "transmitted", "absorbed")
     rows = [[angle(given["theta_i"][k]), *(n(given[name][k]) for name in names)] for k in wanted]
     cells = table(("incidence", *names), rows, 1)
     drawn = plots.of_fate(given, its.one["unit"])
-    return f'<div class="charts">{drawn}<div>{cells}</div></div>{its.remarks("fate")}'
+    return f'<div class="charts">{drawn}<div>{cells}</div></div>'
 
 
 def polarization(its: Told) -> str:
     """What becomes of the polarization of light."""
     given = its.one["polarization"]
-    if not given:
-        return its.remarks("polarization")
     drawn = plots.of_polarization(given["degree"]) if given["degree"] else ""
     matrices = ""
     for x in given["mirror"]:
@@ -148,4 +138,4 @@ def polarization(its: Told) -> str:
         "Stokes I, Q, U, V with Q = I<sub>s</sub> − I<sub>p</sub>."
     )
     beside = f'<div><p class="of">{lead}</p>{matrices}</div>'
-    return f'<div class="charts">{drawn}{beside}</div>{its.remarks("polarization")}'
+    return f'<div class="charts">{drawn}{beside}</div>'

@@ -11,8 +11,7 @@ import numpy as np
 from ...arrays.kinds import with_channels
 from ...base.angles import direction
 from ...base.reflectance import Reflectance
-from ...figures._slices import lit_range, one_number, plane
-from .curves import bounded
+from ...figures._slices import bounded, lit_range, one_number, plane
 
 INCIDENCES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
 """Angles of incidence [degrees] of the lobes."""

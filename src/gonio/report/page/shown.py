@@ -13,8 +13,6 @@ from .told import Told, angle, n, reason, table
 
 def lobe(its: Told) -> str:
     """The interactive lobe, and still ones."""
-    if not its.pictures["lobes"]:
-        return its.remarks("lobes")
     stills = "".join(
         f'<figure><img src="{x["src"]}" alt="Lobe, light from {x["theta_i"]:g} degrees"><figcaption>light from '
         f"{angle(x['theta_i'])}</figcaption></figure>"
@@ -36,8 +34,6 @@ def lobe(its: Told) -> str:
 def slices(its: Told) -> str:
     """f in planes, and by half and difference angle."""
     given, unit = its.one["slices"], its.one["unit"]
-    if not given:
-        return its.remarks("slices")
     through = given.get("through", [])
     drawn = [
         plots.of_polar(given["in_plane"], through, "f in the plane of incidence"),
@@ -67,14 +63,12 @@ def slices(its: Told) -> str:
         for p in its.one["peaks"]
     ]  # fmt: skip
     peaks = f"<h4>f [sr⁻¹] in the plane of incidence</h4>{table(head, rows, 1)}"
-    return f'<p>{lead}</p><div class="charts">{"".join(drawn)}</div>{peaks}{its.remarks("slices", "half_difference")}'
+    return f'<p>{lead}</p><div class="charts">{"".join(drawn)}</div>{peaks}'
 
 
 def albedo(its: Told) -> str:
     """Albedos with their uncertainty, and those of delta lobes."""
     given = its.one["albedo"]
-    if not given:
-        return its.remarks("albedo")
     t = given["table"]
     shown, names = t["shown"], t["channels"]
     head = ["incidence", *(escape(names[c]) if len(names) > 1 else "albedo" for c in shown)]
@@ -101,7 +95,7 @@ def albedo(its: Told) -> str:
         parts.append(f'<p class="of">{len(shown)} of {len(names)} channels; --json has all.</p>')
     if delta := its.one["delta"]:
         parts.append(_deltas(delta))
-    return "".join(parts) + f"</div></div>{its.remarks('albedo', 'delta')}"
+    return "".join(parts) + "</div></div>"
 
 
 def _white_sky(white: dict[str, Any], shown: list[int]) -> list[str]:
@@ -126,7 +120,7 @@ def light(its: Told) -> str:
     figures = ""
     for x in its.pictures["spheres"]:
         if "src" in x:
-            notes = "".join(f'<span class="why">{escape(text)}</span>' for text in x.get("notes", []))
+            notes = "".join(f'<span class="why">{escape(text)}</span>' for text in x["notes"])
             caption = f"<figcaption>{escape(x['caption'])}{notes}</figcaption>"
             figures += f'<figure><img src="{x["src"]}" alt="Sphere: {escape(x["caption"])}">{caption}</figure>'
         else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -67,8 +67,11 @@ class Told(NamedTuple):
     def facts(self) -> dict[str, Any]:
         return self.one["facts"]
 
-    def remarks(self, *names: str) -> str:
-        """Reasons and warnings of parts."""
-        told = [reason(self.one["left_out"][name]) for name in names if name in self.one["left_out"]]
-        told += [f'<p class="note">{escape(text)}</p>' for name in names for text in self.one["notes"].get(name, [])]
+    def told(self, make: Callable[[Told], str], *parts: str) -> str:
+        """A section, if there is the first of the parts that it tells of, with the reasons and warnings of parts."""
+        is_there = not parts or bool(self.one.get(parts[0]) or self.pictures.get(parts[0]))
+        named = parts if is_there else parts[:1]
+        told = [make(self)] if is_there else []
+        told += [reason(self.one["left_out"][name]) for name in named if name in self.one["left_out"]]
+        told += [f'<p class="note">{escape(text)}</p>' for name in named for text in self.one["notes"].get(name, [])]
         return "".join(told)
