@@ -12,7 +12,7 @@ import sys
 import textwrap
 import typing
 from types import ModuleType
-from typing import Annotated
+from typing import Annotated, Any
 
 import click
 import numpy as np
