@@ -6,7 +6,7 @@ Dictionaries, lists and arrays in a value cannot be changed: `immutable` makes t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import is_dataclass
 from typing import Any, Generic, TypeVar
 
@@ -132,9 +132,14 @@ def immutable(data: Any) -> Any:
 
 def freeze(data: Any) -> Any:
     """The same data, with all arrays in it read-only: in dictionaries, lists, tuples and records."""
-    if isinstance(data, dict) or is_dataclass(data):
-        freeze(list(data.values() if isinstance(data, dict) else vars(data).values()))
+    if isinstance(data, dict):
+        inner: Iterable[Any] = data.values()
+    elif is_dataclass(data):
+        inner = vars(data).values()
     elif isinstance(data, (list, tuple)):
-        for x in data:
-            freeze(x)
-    return frozen(data)
+        inner = data
+    else:
+        return frozen(data)
+    for x in inner:
+        freeze(x)
+    return data
