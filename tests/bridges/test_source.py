@@ -270,7 +270,7 @@ LAMBERT = gn.Lambertian(0.5)
         ({"language": "metal"}, ParameterError, "language='metal'.*'glsl'"),
         ({"language": "gsl"}, ParameterError, "glsl"),
         ({"function": "g"}, ParameterError, "function='g'.*'f'.*'pdf'"),
-        ({"function": ()}, ParameterError, "one of 'f', 'f_cos'"),
+        ({"function": ()}, ParameterError, "some of 'f', 'f_cos'"),
         ({"function": ("f", "f")}, ParameterError, "one of each function"),
         ({"parameters": "numbers"}, ParameterError, "'constants' or 'arguments'"),
         ({"name": "2gold"}, ParameterError, "letters, digits"),

@@ -112,7 +112,7 @@ WRONG = [
     ("convert gold a.csv --resolution 1,2", "--resolution '1,2': expected 3 or 4 whole numbers"),
     ("convert gold a.txt --format pab-opto --option incident=x,0", "from -2880 to 2880 degrees"),
     ("measure v_grooves(0.3) -o a.csv --phi-i -10", "--phi-i '-10': expected numbers from 0 to 360 degrees"),
-    ("measure gaussian(0.3,sed=1) -o a.csv", "'sed'; expected some of alpha_x"),
+    ("measure gaussian(0.3,sed=1) -o a.csv", "'sed'; did you mean 'seed'?; expected some of alpha_x"),
     ("white-sky-albed gold", "'white-sky-albedo'"),
 ]
 

@@ -28,7 +28,7 @@ from gonio.declared import discover
 from gonio.declared.arguments import LARGEST, Argument, Declared
 from gonio.errors import NotFoundError, ParameterError, TooLargeError
 from gonio.facts.format_table import format_table
-from gonio.formats import _options, formats
+from gonio.formats import DEMANDED, _options, formats
 from gonio.formats._options import of_texts, options
 from gonio.formats._reading import tensor_file
 
@@ -244,7 +244,8 @@ def test_isotropic_azimuths_of_lighttools_begin_at_0(tmp_path):
 def module_of(**functions: Any) -> types.ModuleType:
     """A format's module."""
     module = types.ModuleType("made_up")
-    vars(module).update(NAME="made up", SUFFIXES=(".made",), DESCRIPTION="a format of this test", **functions)
+    vars(module).update(NAME="made up", SUFFIXES=(".made",), DESCRIPTION="a format of this test", ORACLE="this test")
+    vars(module).update(functions)
     return module
 
 
@@ -276,7 +277,7 @@ def test_what_a_format_needs_is_demanded_where_it_is_discovered(monkeypatch):
     whole = module_of(matches=matches, read=read)
     monkeypatch.setattr(discover, "modules", lambda package: [whole])
     assert formats.__wrapped__() == [whole]
-    for name in ("NAME", "SUFFIXES", "DESCRIPTION", "matches", "read"):
+    for name in DEMANDED:
         lacking = module_of(matches=matches, read=read)
         delattr(lacking, name)
         lacking.__file__ = "made_up.py"
@@ -285,12 +286,12 @@ def test_what_a_format_needs_is_demanded_where_it_is_discovered(monkeypatch):
             formats.__wrapped__()
 
 
-def test_a_format_need_not_say_what_it_was_checked_against(monkeypatch):
+def test_the_row_of_a_format_has_its_options(monkeypatch):
     def read(path: Path, side: Annotated[str, Declared("a side", words=("up", "down"))] = "up") -> gn.Reflectance: ...
 
     monkeypatch.setattr("gonio.facts.format_table.formats", lambda: [module_of(matches=matches, read=read)])
     (row,) = format_table()
-    assert row.oracle == "nothing yet" and row.to_json()["read_options"]["side"]["default"] == "up"
+    assert row.oracle == "this test" and row.to_json()["read_options"]["side"]["default"] == "up"
     assert "side            up       'up' or 'down': a side" in formats_command.format_as_text(row)
 
 

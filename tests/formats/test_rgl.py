@@ -360,7 +360,7 @@ def test_holes_are_filled_and_the_source_is_noted(tmp_path):
         (
             gn.Lambertian(0.5),
             {"theta": 10},
-            "theta=10: no option to write RGL files; expected one of resol",
+            "theta=10: no option to write RGL files; did you mean 'theta_i'.; expected one of resol",
         ),
     ],
 )

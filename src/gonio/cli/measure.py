@@ -75,11 +75,16 @@ def surface_of(text: str) -> Any:
         raise ExpressionError(f"{text!r:.90}: expected {expected}") from None
     if name not in known:
         raise NotFoundError(f"{text!r:.90}: no such file or surface{suggestion(name, known)}; expected {expected}")
+    make = getattr(surfaces, name)
+    signature = inspect.signature(make)
     try:
-        return getattr(surfaces, name)(*values, **keywords)
+        signature.bind(*values, **keywords)  # whose errors are the same in every Python
     except TypeError as error:
-        arguments = ", ".join(inspect.signature(getattr(surfaces, name)).parameters)
-        raise ParameterError(f"{text!r:.90}: {error}; expected some of {arguments}") from None
+        unknown = next((keyword for keyword in keywords if keyword not in signature.parameters), "")
+        close = suggestion(unknown, signature.parameters)
+        expected = f"expected some of {', '.join(signature.parameters)}"
+        raise ParameterError(f"{text!r:.90}: {error}{close}; {expected}") from None
+    return make(*values, **keywords)
 
 
 def _map(path: str, asked: Asked) -> Any:
