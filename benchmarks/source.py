@@ -4,7 +4,7 @@
 lines of C++ in place of their own compilers; GLSL (WebGL 2) and WGSL (WebGPU) by headless Chromium on SwiftShader, that
 is, on the processor. 192 pairs of directions for each model; the largest difference from gonio's float32 values:
 relative to the value, or to a thousandth of the largest one, for a sampled direction absolute; of weight and density of
-a sample times its cosine. Polarising models alone have `mueller`.
+a sample times its cosine. Polarizing models alone have `mueller`.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
-os.environ.setdefault("GONIO_OPTIMISE", "off")  # both are as users have them where `optimised` is asked for
+os.environ.setdefault("GONIO_OPTIMIZE", "off")  # both are as users have them where `optimized` is asked for
 os.environ.setdefault("GONIO_PASSES", "off")
 os.environ.setdefault("GONIO_KEEP", "128")  # MiB
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
@@ -27,7 +27,7 @@ from zlib import crc32
 
 import pytest
 from leftovers import give_back, settle
-from libraries import KINDS, DrJitArray, DrJitTensor, Jax, Library, Torch, Uncompiled, opened, optimising, switch_off
+from libraries import KINDS, DrJitArray, DrJitTensor, Jax, Library, Torch, Uncompiled, opened, optimizing, switch_off
 
 from gonio.evaluate import planning
 from gonio.formats._reading import hdf
@@ -110,10 +110,10 @@ def _memory() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def optimised() -> Iterator[None]:
+def optimized() -> Iterator[None]:
     """Graphs are rewritten and kernels compiled as they are for users; elsewhere formulas are compiled as written, at
     the least cost, which takes a third of the time."""
-    with optimising():
+    with optimizing():
         yield
 
 

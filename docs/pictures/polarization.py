@@ -15,7 +15,7 @@ VARNISHED = gn.RoughCoated(gn.Lambertian([0.55, 0.07, 0.04]), alpha=0.12)
 GOLD = gn.Microfacet(gn.GGX(0.25), gn.material("gold").fresnel)
 LAMP = gn.DistantLight(gn.normalize([0.35, -1.0, 0.45]), irradiance=2.2)
 
-POLARISING = {
+POLARIZING = {
     "black glass": gn.Microfacet(gn.GGX(0.05), gn.Dielectric(1.5)),
     "varnish": gn.RoughCoated(gn.Lambertian([0.4, 0.12, 0.08]), alpha=0.2),
     "gold": GOLD,
@@ -46,21 +46,21 @@ def save(rows: list[list[np.ndarray]], name: str) -> None:
 
 
 def crossed() -> None:
-    """Varnish and gold: without filters, between parallel polarisers, between crossed ones."""
+    """Varnish and gold: without filters, between parallel polarizers, between crossed ones."""
     rows = []
     for m, exposure in ((VARNISHED, 0.0), (GOLD, 0.3)):
         how = {"size": SIZE, "samples": SAMPLES}
         plain = gn.render_stokes(m, LAMP, **how).radiance
-        lit = gn.render_stokes(m, LAMP, polariser=0.0, **how)
+        lit = gn.render_stokes(m, LAMP, polarizer=0.0, **how)
         filtered = [lit.through(psi) for psi in (0.0, np.pi / 2)]
         rows.append([codes(plain, exposure), *(codes(picture, exposure + 1.0) for picture in filtered)])
-    save(rows, "crossed_polarisers.jpg")
+    save(rows, "crossed_polarizers.jpg")
 
 
 def degrees() -> None:
     """Glass, varnish, gold and grass under an even sky: as they look, behind a horizontal analyser, and the degree."""
     sky, rows = gn.ConstantLight(1.0), [[], [], []]
-    for m, exposure in zip(POLARISING.values(), (1.0, 0.5, -0.4, 2.0), strict=True):
+    for m, exposure in zip(POLARIZING.values(), (1.0, 0.5, -0.4, 2.0), strict=True):
         picture = gn.render_stokes(m, sky, size=SIZE, samples=SAMPLES)
         rows[0].append(codes(picture.radiance, exposure))
         rows[1].append(codes(picture.through(0.0), exposure + 1.0))
@@ -70,7 +70,7 @@ def degrees() -> None:
     page = Image.new("RGB", (LEFT + width + RIGHT, TOP + height), "white")
     page.paste(Image.fromarray(np.rint(255.0 * whole).astype(np.uint8)), (LEFT, TOP))
     draw = ImageDraw.Draw(page)
-    for column, name in enumerate(POLARISING):
+    for column, name in enumerate(POLARIZING):
         draw.text((LEFT + (column + 0.5) * SIZE, TOP / 2), name, INK, FONT, anchor="mm")
     for row, name in enumerate(ROWS):
         label = Image.new("RGB", (SIZE, LEFT), "white")

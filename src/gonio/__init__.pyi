@@ -442,7 +442,7 @@ class BlinnFacets(_BlinnFacets):
     ) -> None: ...
 
 class BlinnPhong(_BlinnPhong):
-    r"""Blinn's lobe about the half vector, normalised: f = rho_s (n + 2)(n + 4)/(8 pi (2^(-n/2) + n)) (wm . z)^n.
+    r"""Blinn's lobe about the half vector, normalized: f = rho_s (n + 2)(n + 4)/(8 pi (2^(-n/2) + n)) (wm . z)^n.
 
     Parameters
         rho_s = 0.5   albedo at normal incidence; 0 to 1
@@ -1081,7 +1081,7 @@ class GGX(_GGX):
     ) -> None: ...
 
 class GTR(_GTR):
-    r"""Generalised Trowbridge-Reitz: D = c / (alpha^2 cos^2(theta_m) + sin^2(theta_m))^gamma.
+    r"""Generalized Trowbridge-Reitz: D = c / (alpha^2 cos^2(theta_m) + sin^2(theta_m))^gamma.
 
     Parameters
         alpha = 0.2   width of the lobe; 0.001 to 1
@@ -1405,7 +1405,7 @@ class KullaContyDielectric(_KullaContyDielectric):
     ) -> None: ...
 
 class Lafortune(_Lafortune):
-    r"""Generalised cosine lobe: f = rho_s max(C_x x_i x_o + C_y y_i y_o + C_z z_i z_o, 0)^n.
+    r"""Generalized cosine lobe: f = rho_s max(C_x x_i x_o + C_y y_i y_o + C_z z_i z_o, 0)^n.
 
     Parameters
         rho_s = 1.0   height of the lobe; 0 to 1 [sr-1]
@@ -1475,7 +1475,7 @@ class Maignan(_Maignan):
 
     Parameters
         C = 5.0      factor, of the kind of land; 0 to 10
-        ndvi = 0.5   normalised difference vegetation index; -1 to 1
+        ndvi = 0.5   normalized difference vegetation index; -1 to 1
         eta = 1.5    refractive index of leaves and grains; 1 to 2
 
     Example
@@ -1579,7 +1579,7 @@ class Minnaert(_Minnaert):
     ) -> None: ...
 
 class ModifiedPhong(_ModifiedPhong):
-    r"""Phong's lobe normalised: f = rho_s (n + 2)/(2 pi) max(s . wo, 0)^n; rho_s is the albedo at normal incidence.
+    r"""Phong's lobe normalized: f = rho_s (n + 2)/(2 pi) max(s . wo, 0)^n; rho_s is the albedo at normal incidence.
 
     Parameters
         rho_s = 0.5   albedo at normal incidence, the largest of any incidence; 0 to 1
@@ -1621,7 +1621,7 @@ class NormalMapped(_NormalMapped):
     ) -> None: ...
 
 class NormalizedLafortune(_NormalizedLafortune):
-    r"""Generalised cosine lobe, scaled: f = rho_s (n + 2)/(2 pi) max((C_x x_i x_o + C_y y_i y_o + C_z z_i z_o)/C, 0)^n.
+    r"""Generalized cosine lobe, scaled: f = rho_s (n + 2)/(2 pi) max((C_x x_i x_o + C_y y_i y_o + C_z z_i z_o)/C, 0)^n.
 
     Parameters
         rho_s = 0.5   upper bound of the albedo; 0 to 1
@@ -1894,7 +1894,7 @@ class PreethamSky(_PreethamSky):
     ) -> None: ...
 
 class PriestGermer(_PriestGermer):
-    r"""Facets with Gaussian slopes, polarised: M = exp(-tan^2(theta_m)/(2 sigma^2)) J / (8 pi sigma^2 c_m^4 c_i c_o).
+    r"""Facets with Gaussian slopes, polarized: M = exp(-tan^2(theta_m)/(2 sigma^2)) J / (8 pi sigma^2 c_m^4 c_i c_o).
 
     Parameters
         sigma = 0.2        root mean square slope of the facets along any line; 0.001 to 0.7
@@ -2684,7 +2684,7 @@ class Ward(_Ward):
     ) -> None: ...
 
 class WardDuer(_WardDuer):
-    r"""Ward's model as Dür normalises it: f = rho_s gaussian(h) / (cos(theta_i) cos(theta_o)), gaussian as in `Ward`.
+    r"""Ward's model as Dür normalizes it: f = rho_s gaussian(h) / (cos(theta_i) cos(theta_o)), gaussian as in `Ward`.
 
     Parameters
         rho_s = 0.5         scale of the lobe, near the albedo; 0 to 1

@@ -248,7 +248,7 @@ def test_nothing_that_others_print_is_lost_while_pictures_are_read(tmp_path, cap
 # Files that change while they are in use.
 
 
-def polarised(path: Path, counts=(40, 40, 60)) -> dict[str, np.ndarray]:
+def polarized(path: Path, counts=(40, 40, 60)) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(0)
     axes = [np.linspace(0.0, 0.5 * math.pi, n, dtype="f4")[None] for n in counts[:2]]
     axes.append(np.linspace(-math.pi, math.pi, counts[2], dtype="f4")[None])
@@ -265,7 +265,7 @@ def polarised(path: Path, counts=(40, 40, 60)) -> dict[str, np.ndarray]:
 
 def large_table(kind: str, path: Path) -> None:
     if kind == "KAIST":
-        polarised(path)
+        polarized(path)
     elif kind == "CSAIL":  # beyond what was read into memory
         header = np.zeros(16, "<i4")
         header[[0, 1, 2, 3, 6, 9, 10]] = 24, 24, 60, 180, 1, 0, 3
@@ -304,7 +304,7 @@ def test_a_file_that_is_cut_short_after_it_was_loaded_changes_nothing(tmp_path, 
 def test_mueller_matrices_are_those_of_the_file_or_none(tmp_path):
     """They stay in the file, and are refused when that has changed or is gone. (D22)"""
     path = tmp_path / "a.pbsdf"
-    fields = polarised(path, (5, 6, 7))
+    fields = polarized(path, (5, 6, 7))
     m = gn.load(path)
     np.testing.assert_array_equal(m.matrices, fields["M"])
     copy = tmp_path / "copy.pbsdf"

@@ -183,11 +183,11 @@ def test_a_texture_is_trained_in_torch():
     wanted = torch.asarray(gn.Lambertian(gn.Texture(COLOURS)).f(WI, WO, uv=UV), dtype=torch.float32)
     wi, wo, uv = (torch.asarray(x, dtype=torch.float32) for x in (WI, WO, UV))
     module = Material(gn.Lambertian(gn.Texture(np.full_like(COLOURS, 0.5))))
-    optimiser = torch.optim.Adam(module.parameters(), 0.05)
+    optimizer = torch.optim.Adam(module.parameters(), 0.05)
     for _ in range(300):
-        optimiser.zero_grad()
+        optimizer.zero_grad()
         ((module(wi, wo, uv) - wanted) ** 2).sum().backward()
-        optimiser.step()
+        optimizer.step()
         module.clamp_()
     np.testing.assert_allclose(module.reflectance.rho.texels.detach(), COLOURS, atol=0.01)
 

@@ -119,7 +119,7 @@ OWN = {
         {"type": "roughdielectric", "distribution": "ggx", "alpha": 0.3, "int_ior": 1.5, "ext_ior": 1.0},
     ),
     "glass": (lambda: gn.SmoothDielectric(1.5), {"type": "dielectric", "int_ior": 1.5, "ext_ior": 1.0}),
-    "pane": (  # whose bounces count as unpolarised there; ThinDielectric sums those of s and of p
+    "pane": (  # whose bounces count as unpolarized there; ThinDielectric sums those of s and of p
         lambda: gn.Stack([gn.Interface(1.5), gn.Interface(1.0 / 1.5)]),
         {"type": "thindielectric", "int_ior": 1.5, "ext_ior": 1.0},
     ),

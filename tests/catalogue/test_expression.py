@@ -381,7 +381,7 @@ def test_bad_parameters(assignments, words):
 
 
 @pytest.mark.parametrize("text", ["Coated({})", "0.5 * {}", "Lambertian(0.5) + {} - 1"])
-def test_names_of_materials_are_recognised_whole(text):
+def test_names_of_materials_are_recognized_whole(text):
     for name in ("gold", "gold-metallic-paint", "alum-bronze"):
         with pytest.raises(gn.errors.ExpressionError, match=f'{name} is a built-in material; write material."{name}"'):
             gn.expression(text.format(name))

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(not planning.available(), reason="nothing can be
 
 def numbers(draw: Draw, level: str, monkeypatch: pytest.MonkeyPatch) -> list[np.ndarray]:
     """f, pdf and samples, of kernels that are compiled anew."""
-    monkeypatch.setenv("GONIO_OPTIMISE", level)
+    monkeypatch.setenv("GONIO_OPTIMIZE", level)
     planning._PATTERNS.clear()
     m = copy.deepcopy(draw.material(*draw.layouts))
     wi, wo = pairs()

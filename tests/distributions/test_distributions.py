@@ -1,4 +1,4 @@
-"""Distributions of normals: normalisation, Smith's function and limits, against independent integration; roughness."""
+"""Distributions of normals: normalization, Smith's function and limits, against independent integration; roughness."""
 
 from __future__ import annotations
 

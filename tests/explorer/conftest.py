@@ -9,7 +9,7 @@ from explorer_server import Explorer
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _as_users_have_it(optimised: None) -> None: ...
+def _as_users_have_it(optimized: None) -> None: ...
 
 
 @pytest.fixture(scope="module")

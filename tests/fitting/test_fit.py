@@ -431,7 +431,7 @@ def test_pytorch_differentiates_the_same_residuals():
     assert np.allclose(x.grad.numpy(), gradient, rtol=1e-7, atol=1e-9)
 
 
-def test_optimisers_of_pytorch_find_the_same():
+def test_optimizers_of_pytorch_find_the_same():
     torch = pytest.importorskip("torch")
     data = noisy(GLOSSY, 300, 0.02, 15)
     problem, found = gn.fit_problem(data, MODEL), gn.fit(data, MODEL)

@@ -118,7 +118,7 @@ def test_alta_half_angles_become_their_grid(tmp_path):
     nodes = list(itertools.product((0.0, 0.4, 0.8), (0.0, 0.5), (-2.0, 0.0, 2.0)))
     text = head + "".join(f"{h}\t{d}\t{p}\t{h + d}\t{p}\t1\n" for h, d, p in nodes)
     m = loaded(tmp_path, text)
-    assert m.parameterisation == "half_difference"
+    assert m.parameterization == "half_difference"
     assert m.channel_names == ("R", "G", "B")
     wo, wi = angle_system("half_difference").pairs(0.4, 0.5, 2.0)  # ALTA's phi_d is the view's
     np.testing.assert_allclose(m.f(wi, wo), [0.9, 2.0, 1.0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from binary_files import curet_table, lambertian_table, layered, ngan, polarised
+from binary_files import curet_table, lambertian_table, layered, ngan, polarized
 from format_cases import claimed, file_of
 
 from gonio.errors import Error, NotFoundError
@@ -20,7 +20,7 @@ def test_no_other_format_claims_them(tmp_path):
         "SCATFUN": layered({(0.5, -0.5): [1.0]}),
         "CSAIL": b"".join(a.tobytes() for a in ngan()),
         "CUReT": curet_table(lambertian_table()),
-        "KAIST": tensor_file.serialise(polarised(counts=(2, 2, 3), wavelengths=(550,))),
+        "KAIST": tensor_file.serialize(polarized(counts=(2, 2, 3), wavelengths=(550,))),
     }
     for name, data in files.items():
         assert claimed(file_of(tmp_path, data)) == [name]

@@ -8,7 +8,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from binary_files import halved, polarised
+from binary_files import halved, polarized
 from format_cases import ANISOTROPIC, GRAY, MODEL, claimed, directions, file_of
 from libraries import thinned
 
@@ -29,7 +29,7 @@ def trilinear(table, at):
 
 
 def test_kaist_between_nodes_is_linear(tmp_path):
-    fields = polarised()
+    fields = polarized()
     path = tmp_path / "random.pbsdf"
     tensor_file.write(path, fields)
     m = load(path)
@@ -52,7 +52,7 @@ def test_kaist_beside_mitsuba(tmp_path):
     mi.set_variant("scalar_spectral_polarized")
     try:
         path = tmp_path / "random.pbsdf"
-        tensor_file.write(path, polarised())
+        tensor_file.write(path, polarized())
         m = load(path)
         wi, wo = directions(200, 3, 0.05), directions(200, 4, 0.05)
         f = m.f(wi, wo)
@@ -70,7 +70,7 @@ def test_kaist_beside_mitsuba(tmp_path):
 
 def test_kaist_holes(tmp_path):
     path = tmp_path / "holes.pbsdf"
-    tensor_file.write(path, polarised(holes=0.2))
+    tensor_file.write(path, polarized(holes=0.2))
     m = load(path)
     wi, wo = directions(2000, 3), directions(2000, 4)
     f = m.f(wi, wo)
@@ -82,7 +82,7 @@ def test_kaist_holes(tmp_path):
 
 def test_kaist_writes_its_fields_and_models(tmp_path):
     path, copy = tmp_path / "random.pbsdf", tmp_path / "copy.pbsdf"
-    tensor_file.write(path, {**polarised(), "description": np.frombuffer(b"of a stone", "u1")})
+    tensor_file.write(path, {**polarized(), "description": np.frombuffer(b"of a stone", "u1")})
     save(load(path), copy)
     assert copy.read_bytes() == path.read_bytes()
     save(0.5 * gn.Lambertian(0.4) + gn.Microfacet(gn.GGX(0.5), 0.9), path, resolution=(31, 31, 25))
@@ -141,7 +141,7 @@ def test_kaist_takes_the_memory_of_what_f_needs(polar, turns, tmp_path):
 
 
 def test_kaist_damage(tmp_path):
-    path, fields = tmp_path / "damaged.pbsdf", polarised(counts=(3, 3, 5), wavelengths=(450, 550))
+    path, fields = tmp_path / "damaged.pbsdf", polarized(counts=(3, 3, 5), wavelengths=(450, 550))
     for change, why in (
         ({"M": fields["M"][:-1]}, "M is float32 of shape"),
         ({"M": fields["M"].astype("f8")}, "expected float32"),

@@ -21,7 +21,7 @@ NAMES = ("BiRD", "OpenMATERIAL", "NIST Mueller", "Zernike", "BRF table", "reflec
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_files_are_recognised(name):
+def test_files_are_recognized(name):
     content = SEEDS[name]()
     claiming = [m.NAME for m in formats() if m.matches(content[:4096], len(content))]
     assert claiming[0] == ("netCDF" if name == "MCD43A1" else name)

@@ -158,10 +158,10 @@ def test_patches_become_a_merl_file_by_the_mean_over_turns(tmp_path):
     """The way that the error names: patches of a matrix have edges, which do not turn with the directions."""
     save(MODEL, tmp_path / "patches.xml", "WINDOW XML", basis="quarter")
     patches = load(tmp_path / "patches.xml")
-    with pytest.raises(gn.errors.ParameterError, match=r"mean over turns: gonio.repair.symmetrise\(.*resample"):
+    with pytest.raises(gn.errors.ParameterError, match=r"mean over turns: gonio.repair.symmetrize\(.*resample"):
         save(patches, tmp_path / "no.binary")
     table = gn.repair.resample(patches, resolution=(9, 9, 8, 8))
-    save(gn.repair.symmetrise(table, "isotropy"), tmp_path / "mean.binary")
+    save(gn.repair.symmetrize(table, "isotropy"), tmp_path / "mean.binary")
     wi, wo = directions(500, 25, 0.5), directions(500, 26, 0.5)
     off = load(tmp_path / "mean.binary").f(wi, wo) / MODEL.f(wi, wo) - 1.0
     assert np.abs(off.mean(axis=0)).max() < 0.1  # channels where they belong: they are up to 3 times apart
@@ -575,7 +575,7 @@ def test_samples_estimate_the_albedo(measured):
 # Files.
 
 
-def test_recognised_and_described(path, measured):
+def test_recognized_and_described(path, measured):
     with path.open("rb") as file:
         head = file.read(4096)
     assert [m.NAME for m in formats() if m.matches(head, SIZE[180])] == ["MERL"]
@@ -606,7 +606,7 @@ def test_data(measured):
     assert brdf == pytest.approx(MODEL.f(*pair(20.5**2 / 90, 10.5, 90.5))[1], rel=1e-9)
 
 
-def test_published_files_are_recognised_by_their_bytes(monkeypatch, path, measured):
+def test_published_files_are_recognized_by_their_bytes(monkeypatch, path, measured):
     assert measured.published is None
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     monkeypatch.setattr(merl, "_published", lambda: {digest: "model"})

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import pytest
-from binary_files import polarised
+from binary_files import polarized
 from click.testing import CliRunner
 from seeds import SEEDS
 from sweeps import every
@@ -88,7 +88,7 @@ def bad_values(option: Argument) -> list[Any]:
 
 
 def seed(name: str, folder: Path) -> Path:
-    """A file of the format, as far as that is recognised."""
+    """A file of the format, as far as that is recognized."""
     path = folder / "file"
     key = next(key for key in (SEED_OF.get(name, name), *SEEDS) if key in SEEDS and key.startswith(name))
     path.write_bytes(b"\x0e\x03\x13\x01" if name == "MCD43A1" else SEEDS[key]())
@@ -320,8 +320,8 @@ def run(tmp_path, monkeypatch):
         ("a.bsdf --format scatfun --option nodes=1e9", "--option 'nodes=1e9': expected a whole number from 4 to 2048"),
         ("a.brdf --format bird --option metadata=x", "--option 'metadata=x': expected a JSON object"),
         ("a.brdf --format bird --option metadata=[1]", "--option 'metadata=[1]': expected a JSON object"),
-        ("a.nc --option parameterisation=polar", "expected one of 'angles'"),
-        ("a.nc --option parameterisation=angles --option parameterisation=angles", "given twice"),
+        ("a.nc --option parameterization=polar", "expected one of 'angles'"),
+        ("a.nc --option parameterization=angles --option parameterization=angles", "given twice"),
         ("a.nc --resolution 4,4,4 --option resolution=4,4,4", "given twice"),
     ],
 )
@@ -388,7 +388,7 @@ def test_zarr_folders_are_converted_again_and_again(run, tmp_path, monkeypatch):
 
 
 def test_kaist_axes_that_are_empty_are_even(tmp_path):
-    fields = polarised()
+    fields = polarized()
     tensor_file.write(tmp_path / "whole.pbsdf", fields)
     whole = gn.load(tmp_path / "whole.pbsdf")
     wi, wo = (

@@ -653,7 +653,7 @@ BROKEN_BYTES = {
 def test_damaged_containers_are_described(name, tmp_path):
     change, message = BROKEN_BYTES[name]
     path = tmp_path / "bad.bsdf"
-    path.write_bytes(change(tensor_file.serialise(small())))
+    path.write_bytes(change(tensor_file.serialize(small())))
     with pytest.raises(FormatError, match=message) as caught:
         rgl.read(path)
     assert "bad.bsdf" in str(caught.value)
@@ -662,7 +662,7 @@ def test_damaged_containers_are_described(name, tmp_path):
 @pytest.mark.parametrize("part", [0.25, pytest.param(1.0, marks=pytest.mark.full)])
 def test_any_damage_is_an_error_of_ours_or_harmless(part, tmp_path, monkeypatch):
     switch_off(monkeypatch)  # every damaged table would be a kernel
-    data = tensor_file.serialise(small())
+    data = tensor_file.serialize(small())
     rng, path = np.random.default_rng(14), tmp_path / "bad.bsdf"
     wi, wo = directions(rng, 8), directions(rng, 8)
     header = data.index(b"valid") + 30

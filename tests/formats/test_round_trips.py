@@ -161,7 +161,7 @@ def in_rgb(m: gn.Reflectance, values: np.ndarray) -> np.ndarray:
 
 
 def cells_of(name: str, steps: Any, count: int) -> Cells:
-    """Nodes on `count` of the axes of one of gonio's parameterisations; the others are kept."""
+    """Nodes on `count` of the axes of one of gonio's parameterizations; the others are kept."""
     kind = angle_system(name)
 
     def coordinates(wi, wo):
@@ -369,7 +369,7 @@ FORMATS = {
 
 # Files, and what they are held to.
 
-REFUSED = {("Klems", "MERL"): "anisotropic.*symmetrise", ("MERL", "BiRD"): "expected a wavelength for each"}
+REFUSED = {("Klems", "MERL"): "anisotropic.*symmetrize", ("MERL", "BiRD"): "expected a wavelength for each"}
 """Formats that cannot hold what another's files are, and what the error says."""
 PAIRS = [(a, b) for a in FORMATS for b in FORMATS if a != b]
 BY_COMMAND = set(zip(FORMATS, [*FORMATS][1:] + [*FORMATS][:1], strict=True))

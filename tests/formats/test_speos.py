@@ -14,7 +14,7 @@ from gonio.errors import FormatError
 from gonio.formats import speos
 
 
-def test_speos_tables_are_normalised_by_their_shares(tmp_path):
+def test_speos_tables_are_normalized_by_their_shares(tmp_path):
     m = gn.load(file_of(tmp_path, files.speos()))
     assert m.channel_names == (500.0, 600.0)
     assert (m.filed.comment, m.filed.description) == ("a comment", "two\nlines..")

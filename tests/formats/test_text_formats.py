@@ -16,7 +16,7 @@ MODULES = {"ASTM": astm, "pab-opto": pab, "ALTA": alta, "Integra": integra, "SSD
 
 
 @pytest.mark.parametrize("name", SEEDS)
-def test_files_are_recognised_by_their_own_format_only(name):
+def test_files_are_recognized_by_their_own_format_only(name):
     content = SEEDS[name]()
     claimed = [m.NAME for m in formats() if m.matches(content[:4096], len(content))]
     assert claimed == [name.removesuffix(" binary")]
@@ -113,7 +113,7 @@ def test_measurements_are_written_at_a_grid_that_is_asked_for(tmp_path, module):
     held = gn.repair.resample(m, "half_difference", resolution=(31, 31, 36))
     module.write(held, tmp_path / "a", resolution=(19, 19, 24))
     again = gn.load(tmp_path / "a")
-    assert again.parameterisation == "angles" and [len(x) for x in again.axes.values()][:2] == [19, 19]
+    assert again.parameterization == "angles" and [len(x) for x in again.axes.values()][:2] == [19, 19]
     wi, wo = random_pairs()
     far = (wi[:, 2] > 0.2) & (wo[:, 2] > 0.2)
     assert np.median(np.abs(again.f(wi, wo) / m.f(wi, wo) - 1.0)[far]) < 0.02

@@ -103,8 +103,8 @@ def distribution() -> Iterator[tuple[str, Callable[[], bool]]]:
 
 
 def fresnel() -> Iterator[tuple[str, Callable[[], bool]]]:
-    yield from listed("GeneralisedSchlick", materials.FRESNELS)
-    yield from works("Microfacet(GGX(0.3), GeneralisedSchlick(0.1, n=3))", ("reciprocity", "derivatives"))
+    yield from listed("GeneralizedSchlick", materials.FRESNELS)
+    yield from works("Microfacet(GGX(0.3), GeneralizedSchlick(0.1, n=3))", ("reciprocity", "derivatives"))
 
 
 def masking() -> Iterator[tuple[str, Callable[[], bool]]]:

@@ -25,7 +25,7 @@ def test_above_goes_on_to_the_top():
 
 def test_who_discovers_a_package_by_its_name_stands_above_it():
     assert "bridges" in users()["compile"]  # "gonio.compile.source.languages"
-    assert "formats" not in users()["repair"]  # an advice of MERL's: "gonio.repair.symmetrise(...)"
+    assert "formats" not in users()["repair"]  # an advice of MERL's: "gonio.repair.symmetrize(...)"
 
 
 def test_a_format_selects_formats_and_what_imports_them():

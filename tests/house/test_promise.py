@@ -105,6 +105,6 @@ def test_the_manual_counts_it(seen):
 def test_the_manual_is_as_before_without_it(seen):
     before, between, after = seen["manuals"]
     assert between.keys() - before.keys() == {
-        f"docs/models/{name}.md" for name in ("HenyeyGreenstein", "UniformFacets", "GeneralisedSchlick")
+        f"docs/models/{name}.md" for name in ("HenyeyGreenstein", "UniformFacets", "GeneralizedSchlick")
     }
     assert after == before

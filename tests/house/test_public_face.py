@@ -106,7 +106,7 @@ def test_signatures_of_parts_options_and_what_must_be_given():
 
 def test_constructors_of_their_own_keep_their_signatures():
     assert list(inspect.signature(gn.Sum).parameters) == ["terms", "wavelengths"]
-    assert list(inspect.signature(gn.Gridded).parameters)[:3] == ["parameterisation", "axes", "values"]
+    assert list(inspect.signature(gn.Gridded).parameters)[:3] == ["parameterization", "axes", "values"]
     assert list(inspect.signature(gn.TabulatedFacets).parameters) == ["theta", "values"]
 
 

@@ -65,7 +65,7 @@ def test_everything_public_is_called():
     }
     assert functions | classes - {"Error"} <= names
     assert {"Calls.f", "Calls.sample", "Parametrised.replace", "Gridded.with_brdf", "Image.save"} <= names
-    assert {"roughness.alpha_from_ward", "radiometry.brdf", "repair.symmetrise", "models", "formats"} <= names
+    assert {"roughness.alpha_from_ward", "radiometry.brdf", "repair.symmetrize", "models", "formats"} <= names
     assert names >= INTEGRALS
 
 

@@ -121,7 +121,7 @@ TABLE = [
     ("gn.Lambertian(hostile)", "a Hostile; expected a number or an array"),
     ("matte / np.array(['a'])", "a reflectance divided by"),
     # tables, pictures and files
-    ("gn.Gridded(3, {}, [])", "Gridded(parameterisation=3): expected a word"),
+    ("gn.Gridded(3, {}, [])", "Gridded(parameterization=3): expected a word"),
     ("gn.Gridded('angles', 3, [])", "Gridded(axes=3): expected a dictionary"),
     ("gn.Scattered(angles, 0.0, [0.1, 0.2], 0.0, [1.0, 1.0, 1.0])", "expected 3 finite numbers"),
     ("gn.Scattered(0.1, 0.0, 0.1, 0.0, [1.0], channels=len)", "Scattered(channels=<built-in function len>): expected"),
@@ -153,7 +153,7 @@ TABLE = [
     ("gn.DistantLight('up')", "expected three numbers (direction to the light)"),
     ("gn.DistantLight(up * 0)", "a vector of length 0 is no direction"),
     # found by calling everything with anything
-    ("gn.polarization.polariser(np.inf)", "psi=inf: infinite; expected an angle"),
+    ("gn.polarization.polarizer(np.inf)", "psi=inf: infinite; expected an angle"),
     ("gn.polarization.retarder(np.ones((2, 2)), np.ones(3))", "delay and psi: shapes (2, 2), (3,)"),
     ("gn.polarization.frames([np.inf, 0.0, 0.0])", "expected unit vectors"),
     ("gn.irradiance(sun, [0, 0, 0], [0, 0, 0])", "a normal of length 0 has no direction"),

@@ -108,7 +108,7 @@ class _WrongDensity(Reflectance):
         return power_cosine_density(self.n, wi.z)
 
 
-class _Unnormalised(Reflectance):
+class _Unnormalized(Reflectance):
     """Its density integrates to 1.1."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -206,8 +206,8 @@ class _Declared(_Bright):
     breaks: ClassVar[dict[str, str]] = {"energy": "made 1.2 on purpose, for this test"}
 
 
-class _Overpolarised(Reflectance):
-    """Leaves more polarised than light can be."""
+class _Overpolarized(Reflectance):
+    """Leaves more polarized than light can be."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return 0.1 + 0.0 * wi.z
@@ -217,8 +217,8 @@ class _Overpolarised(Reflectance):
         return Mueller(((f, 1.1 * f, 0.0, 0.0), (1.1 * f, f, 0.0, 0.0), zero, zero))
 
 
-class _OneWayPolarised(Reflectance):
-    """Light is polarised as it leaves, but none as it arrives is preferred."""
+class _OneWayPolarized(Reflectance):
+    """Light is polarized as it leaves, but none as it arrives is preferred."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return 0.1 + 0.0 * wi.z
@@ -233,8 +233,8 @@ BROKEN = [
     (_NaN(), "positivity"),
     (_Infinite(), "positivity"),
     (_OneWay(), "reciprocity"),
-    (_OneWayPolarised(), "reciprocity"),
-    (_Overpolarised(), "realisability"),
+    (_OneWayPolarized(), "reciprocity"),
+    (_Overpolarized(), "realizability"),
     (_Brushed(), "isotropy"),
     (_Bright(), "energy"),
     (_Bright(), "furnace"),
@@ -242,7 +242,7 @@ BROKEN = [
     (_Resonant(), "cavity"),
     (gn.Donaldson([[0.2, 0.0], [0.7, 0.6]], wavelengths=[400.0, 550.0]), "photons"),
     (_WrongDensity(), "sampling"),
-    (_Unnormalised(), "pdf"),
+    (_Unnormalized(), "pdf"),
     (_Jump(), "grazing"),
     (_Growing(), "grazing"),
     (_Infinite(), "grazing"),
@@ -396,7 +396,7 @@ def test_size_of_what_is_broken():
     assert law(_OneWay(), "reciprocity").value == pytest.approx(2.0, abs=0.01)
     assert law(_Bright(), "energy").value == pytest.approx(1.2)
     assert law(_Bright(), "cavity").value == pytest.approx(1.2**cavity.BOUNCES)
-    assert law(_Unnormalised(), "pdf").value == pytest.approx(0.1, abs=1e-3)
+    assert law(_Unnormalized(), "pdf").value == pytest.approx(0.1, abs=1e-3)
     assert law(_Growing(), "grazing").value == pytest.approx(10.0**0.5, rel=1e-3)
     assert law(_Infinite(), "grazing").value == law(_NoSlope(), "derivatives").value == math.inf
     assert law(_Jump(), "grazing").value == 1.0

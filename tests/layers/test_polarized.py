@@ -1,4 +1,4 @@
-"""Stacks and polarised light: matrices as bright as f, and those of simpler models that they contain."""
+"""Stacks and polarized light: matrices as bright as f, and those of simpler models that they contain."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from libraries import thinned
 import gonio as gn
 from gonio.formula.mueller import Mueller, of_amplitudes
 from gonio.layers.polarized import together
-from gonio.polarization import dop, realisable
+from gonio.polarization import dop, realizable
 
 D = np.diag([1.0, 1.0, -1.0, 1.0])
 METAL = gn.Conductor(0.2, 3.9)
@@ -44,7 +44,7 @@ def test_the_first_element_is_f_and_the_matrix_can_be(name):
     wi, wo = directions(400, 0.02 if m.sides == "front" else -1.0)
     M, back, f = m.mueller(wi, wo), m.mueller(wo, wi), m.f(wi, wo)
     np.testing.assert_allclose(M[..., 0, 0], f, rtol=1e-11, atol=1e-15)
-    assert realisable(M, 1e-9).all() and m.polarizes
+    assert realizable(M, 1e-9).all() and m.polarizes
     n_i, n_o = (np.where(w[:, 2] < 0.0, m.index, 1.0)[(...,) + (None,) * (M.ndim - 1)] for w in (wi, wo))
     np.testing.assert_allclose(M / n_o**2, D @ np.swapaxes(back / n_i**2, -1, -2) @ D, atol=1e-12 * M.max())
 
@@ -86,8 +86,8 @@ def test_a_mirror_below_adds_all_its_bounces():
     assert found[0, 0] == pytest.approx(m.delta_reflectance(gn.direction(theta, 0.4)), rel=1e-12)
 
 
-def test_light_scattered_inside_is_polarised_on_its_way_out():
-    """Unpolarised inside, light is left p along the way out: by T_s and T_p of the interface alone."""
+def test_light_scattered_inside_is_polarized_on_its_way_out():
+    """Unpolarized inside, light is left p along the way out: by T_s and T_p of the interface alone."""
     theta, wi = 1.2, gn.direction(0.0, 0.0)
     wo = gn.direction(theta, 0.7)
     c, ct = math.cos(theta), math.sqrt(1.0 - (math.sin(theta) / 1.5) ** 2)
@@ -110,10 +110,10 @@ def test_layers_of_nothing_leave_polarization_as_it_is():
 def test_where_the_series_rings_the_matrix_can_be_and_is_as_bright(rest):
     closed = of_amplitudes(1.0, 0.2)
     for terms, bright in (([closed], closed.rows[0][0] + rest), ([], rest)):
-        rows = together(terms, Mueller.depolariser(np.array(rest))).rows
+        rows = together(terms, Mueller.depolarizer(np.array(rest))).rows
         M = np.array([[float(x) for x in row] for row in rows])
         assert M[0, 0] == pytest.approx(bright, rel=1e-14)
-        assert realisable(math.copysign(1.0, bright) * M, 1e-12)
+        assert realizable(math.copysign(1.0, bright) * M, 1e-12)
 
 
 @pytest.mark.parametrize("library", ["torch", "jax"])

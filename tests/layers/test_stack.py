@@ -262,7 +262,7 @@ def test_a_smooth_interface_over_nothing_is_a_smooth_dielectric(eta):
 
 @pytest.mark.parametrize("depth", thinned([0.0, 0.3], [0.3]))
 def test_two_smooth_interfaces_are_a_pane(depth):
-    """The sum of the bounces of light that counts as unpolarised at each: `ThinDielectric` has s and p apart, which is
+    """The sum of the bounces of light that counts as unpolarized at each: `ThinDielectric` has s and p apart, which is
     the same along the normal."""
     cos = np.abs(ALL_ROUND[:, 2])
     F, a = gn.Dielectric(1.5).F(cos), np.exp(-depth / np.sqrt(1.0 - (1.0 - cos * cos) / 2.25))

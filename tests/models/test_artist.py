@@ -248,7 +248,7 @@ def test_velvet_against_plain_python(alpha):
     held(gn.AshikhminVelvet(0.7, alpha), velvet)
 
 
-def test_sheen_normals_are_normalised():
+def test_sheen_normals_are_normalized():
     """Integral of D cos(theta_m) = 1 for both; D from f at normal incidence, of a light at 2 theta_m."""
     x, w = np.polynomial.legendre.leggauss(400)
     t, w = 0.25 * PI * (x + 1.0), 0.25 * PI * w
@@ -356,7 +356,7 @@ def test_disney_limits():
     assert matte.f(up, up) == pytest.approx(0.7 / PI)
 
 
-def test_gtr1_is_normalised():
+def test_gtr1_is_normalized():
     for gloss in (0.0, 0.5, 1.0):
         *_, (_, coat) = gn.DisneyPrincipled(0.0, specular=0.0, clearcoat=1.0, clearcoat_gloss=gloss).lobes()
         x, w = np.polynomial.legendre.leggauss(40)

@@ -72,7 +72,7 @@ def normalized_lafortune(ti, pi, to, po, rho_s, C_x, C_y, C_z, n):
 
 
 def conductor(beta, eta, k):
-    """|F|^2 of unpolarised light, by complex amplitudes."""
+    """|F|^2 of unpolarized light, by complex amplitudes."""
     index = complex(eta, k)
     c, inside = cos(beta), np.sqrt(1.0 - (sin(beta) / index) ** 2 + 0j)
     s = (c - index * inside) / (c + index * inside)
@@ -114,7 +114,7 @@ def he_sum(g, a, terms=4000):
 
 
 def he_torrance(ti, pi, to, po, sigma_0, tau, wavelength, eta, k):
-    """With the paper's polarisation vectors s = k x n/|k x n|, p = s x k; k_i points down."""
+    """With the paper's polarization vectors s = k x n/|k x n|, p = s x k; k_i points down."""
     k_i, k_r, n = -gn.direction(ti, pi), gn.direction(to, po), np.array([0.0, 0.0, 1.0])
     v = 2.0 * PI / wavelength * (k_r - k_i)
     s_i, s_r = np.cross(k_i, n) / sin(ti), np.cross(k_r, n) / sin(to)
@@ -190,7 +190,7 @@ def test_cook_torrance_as_printed():
 
 
 def test_he_torrance_as_in_the_paper():
-    """Sums of 4000 terms, a bracketed root, polarisation vectors; 1e-9 while g < 13, else 2e-3 (see Error)."""
+    """Sums of 4000 terms, a bracketed root, polarization vectors; 1e-9 while g < 13, else 2e-3 (see Error)."""
     rng = np.random.default_rng(5)
     exact = rough = 0
     for seed in range(20):
@@ -440,7 +440,7 @@ def test_he_torrance_as_a_whole_conserves_energy_where_it_holds():
 
 
 def test_schlick_1994_limits():
-    """r = 1 is diffuse, Z is normalised for every r, a + b + c = 1, and the mean of A is an elliptic integral."""
+    """r = 1 is diffuse, Z is normalized for every r, a + b + c = 1, and the mean of A is an elliptic integral."""
     at = angles(100, 0.5)
     np.testing.assert_allclose(gn.Schlick1994(0.3, 1.0).f_angles(*at), schlick(0.3, half(*at)[2]) / PI, rtol=1e-12)
     x, weight = np.polynomial.legendre.leggauss(400)

@@ -314,7 +314,7 @@ def test_hapke_limits():
     }
     assert 0.03 < off["1981"] < 0.045
     assert off["2002"] < 0.015
-    # The lobes' normalisation: the mean of P over the sphere is 1.
+    # The lobes' normalization: the mean of P over the sphere is 1.
     g, weight = nodes(200, 0.0, PI)
     for b, c in ((0.6, 0.3), (0.8, -1.0), (0.4, 1.0)):
         lone = gn.Hapke(1e-9, b=b, c=c, B0=0.0, theta_bar=0.0)

@@ -143,7 +143,7 @@ def test_diffuse_schlick_reflectance():
 
 
 def amplitudes(cos: float, index: complex) -> float:
-    """Unpolarised reflectance by the complex amplitudes."""
+    """Unpolarized reflectance by the complex amplitudes."""
     inside = cmath.sqrt(1.0 - (1.0 - cos * cos) / index**2)
     s = (cos - index * inside) / (cos + index * inside)
     p = (index * cos - inside) / (index * cos + inside)

@@ -1,4 +1,4 @@
-"""Scatter by polished surfaces: Harvey-Shack, ABg, K-correlation and the generalised Harvey-Shack theory."""
+"""Scatter by polished surfaces: Harvey-Shack, ABg, K-correlation and the generalized Harvey-Shack theory."""
 
 from __future__ import annotations
 

@@ -161,14 +161,14 @@ def test_pane_is_the_sum_of_its_bounces(eta, depth):
     assert F + (1 - F) ** 2 * F * a[0, 0] ** 2 / (1 - (F * a[0, 0]) ** 2) > 1.04 * R[0, 0]
 
 
-def test_a_pane_shares_each_polarisation_out():
+def test_a_pane_shares_each_polarization_out():
     """R + T = 1 for s and for p, up to the horizon; at Brewster's angle all of p passes; both matrices can be."""
     pane = gn.ThinDielectric(1.5)
     wo = gn.direction([0.0, 0.5, math.atan(1.5), 1.2, 1.57, PI - 1e-3], 0.2)
     R, T = pane.delta_mueller(wo), pane.delta_mueller(wo, across=True)
     np.testing.assert_allclose((R + T)[:, :2, :2], np.broadcast_to(np.eye(2), (6, 2, 2)), atol=1e-14)
     assert T[2, 0, 0] - T[2, 0, 1] == pytest.approx(1.0, abs=1e-14)
-    assert gn.polarization.realisable(R, 1e-12).all() and gn.polarization.realisable(T, 1e-12).all()
+    assert gn.polarization.realizable(R, 1e-12).all() and gn.polarization.realizable(T, 1e-12).all()
     single = pane.delta_mueller(wo.astype(np.float32), across=True)
     np.testing.assert_allclose(single, T, rtol=2e-5, atol=1e-6)
 

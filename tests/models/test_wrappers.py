@@ -161,7 +161,7 @@ def test_rotated():
 
 
 def fresnel(theta: float, n: float) -> float:
-    """Unpolarised reflectance for light at an angle, from the sine and tangent laws (Born & Wolf, section 1.5.2)."""
+    """Unpolarized reflectance for light at an angle, from the sine and tangent laws (Born & Wolf, section 1.5.2)."""
     if theta < 1e-9:
         return ((n - 1.0) / (n + 1.0)) ** 2
     inside = math.asin(math.sin(theta) / n)
@@ -419,11 +419,11 @@ SMALL = {
 }
 
 
-@pytest.mark.parametrize(("parameterisation", "four"), thinned(SMALL, [("half_difference", False), ("angles", True)]))
-def test_tables(parameterisation, four):
+@pytest.mark.parametrize(("parameterization", "four"), thinned(SMALL, [("half_difference", False), ("angles", True)]))
+def test_tables(parameterization, four):
     m = BRUSHED if four else PAINT
-    size = SMALL[parameterisation, four]
-    small, large = (gn.tabulate(m, parameterisation, tuple(k * n for n in size)) for k in (1, 2))
+    size = SMALL[parameterization, four]
+    small, large = (gn.tabulate(m, parameterization, tuple(k * n for n in size)) for k in (1, 2))
     assert large.error.mean < 0.5 * small.error.mean < 0.15
     assert large.error.albedo < 0.05
     f, true = large.f(WI, WO), m.f(WI, WO)
@@ -438,9 +438,9 @@ def test_tables(parameterisation, four):
     np.testing.assert_allclose(s.pdf[used], small.pdf(s.wi, WO)[used], rtol=1e-8)
 
 
-@pytest.mark.parametrize("parameterisation", ["angles", pytest.param("half_difference", marks=pytest.mark.full)])
-def test_tables_keep_the_laws(parameterisation):
-    report = gn.check(gn.tabulate(PAINT, parameterisation, SMALL[parameterisation, False]))
+@pytest.mark.parametrize("parameterization", ["angles", pytest.param("half_difference", marks=pytest.mark.full)])
+def test_tables_keep_the_laws(parameterization):
+    report = gn.check(gn.tabulate(PAINT, parameterization, SMALL[parameterization, False]))
     assert {law.name for law in report.laws if not law.passed} <= {"energy", "furnace"}, report
 
 

@@ -26,7 +26,7 @@ def smooth(height=9, width=17, channels=3):
 
 
 def rgbe(height=9, width=17, seed=3):
-    """Normalised RGBE bytes with runs in them."""
+    """Normalized RGBE bytes with runs in them."""
     rng = np.random.default_rng(seed)
     codes = rng.integers(0, 256, (height, width, 4)).astype(np.uint8)
     codes[..., 0] |= 128

@@ -1,4 +1,4 @@
-"""Axes, filters and states of polarised light, beside Jones vectors: amplitudes by complex numbers."""
+"""Axes, filters and states of polarized light, beside Jones vectors: amplitudes by complex numbers."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from gonio.polarization import (
     coherency,
     dop,
     frames,
-    polariser,
-    realisable,
+    polarizer,
+    realizable,
     retarder,
     rotator,
     to_frames,
@@ -51,14 +51,14 @@ def test_filters_do_what_they_do_to_amplitudes(psi):
     along = np.outer([c, s], [c, s])
     late = turn.T @ np.diag([1.0, np.exp(1j * 0.7)]) @ turn  # exp(-i omega t): late is a positive phase
     np.testing.assert_allclose(stokes(E) @ rotator(psi).T, stokes(E @ turn.T), atol=1e-12)
-    np.testing.assert_allclose(stokes(E) @ polariser(psi).T, stokes(E @ along.T), atol=1e-12)
+    np.testing.assert_allclose(stokes(E) @ polarizer(psi).T, stokes(E @ along.T), atol=1e-12)
     np.testing.assert_allclose(stokes(E) @ analyser(psi), stokes(E @ along.T)[:, 0], atol=1e-12)
     np.testing.assert_allclose(stokes(E) @ retarder(0.7, psi).T, stokes(E @ late.T), atol=1e-12)
 
 
 def test_filters_take_arrays():
     psi = np.linspace(0.0, 1.0, 5)
-    assert polariser(psi).shape == rotator(psi).shape == retarder(0.3, psi).shape == (5, 4, 4)
+    assert polarizer(psi).shape == rotator(psi).shape == retarder(0.3, psi).shape == (5, 4, 4)
     assert analyser(psi).shape == (5, 4)
 
 
@@ -76,15 +76,15 @@ def test_a_jones_matrix_has_one_eigenvalue_and_sums_of_such_can_be():
     values = coherency(M)
     np.testing.assert_allclose(values[:, 3], M[:, 0, 0], rtol=1e-10)
     assert np.abs(values[:, :3]).max() < 1e-12 * values.max()
-    assert realisable(M).all() and realisable(M.reshape(10, 3, 4, 4).sum(1)).all()
+    assert realizable(M).all() and realizable(M.reshape(10, 3, 4, 4).sum(1)).all()
 
 
-def test_what_no_passage_of_light_does_is_not_realisable():
-    assert not realisable(np.diag([1.0, 1.0, 1.0, -1.0]))
-    assert not realisable(np.diag([1.0, 0.9, 0.9, -0.9]))
-    assert not realisable(np.diag([1.0, 1.1, 0.0, 0.0]))
-    assert not realisable(np.full((4, 4), np.nan))
-    assert realisable(np.zeros((4, 4))) and realisable(np.diag([1.0, 0.3, 0.3, -0.3]))
+def test_what_no_passage_of_light_does_is_not_realizable():
+    assert not realizable(np.diag([1.0, 1.0, 1.0, -1.0]))
+    assert not realizable(np.diag([1.0, 0.9, 0.9, -0.9]))
+    assert not realizable(np.diag([1.0, 1.1, 0.0, 0.0]))
+    assert not realizable(np.full((4, 4), np.nan))
+    assert realizable(np.zeros((4, 4))) and realizable(np.diag([1.0, 0.3, 0.3, -0.3]))
 
 
 def test_axes_are_right_handed_about_the_way_of_light():
@@ -140,7 +140,7 @@ def test_axes_that_keep_their_direction_at_the_normal_are_continuous_there():
         (lambda: to_frames(np.eye(3), [0, 0, 1], [0, 0, 1], "facet"), ShapeError, r"\(\.\.\., 4, 4\)"),
         (lambda: frames([0.0, 1.0]), ShapeError, r"\(\.\.\., 3\)"),
         (lambda: dop([1.0, 0.0, 0.0]), ShapeError, "I, Q, U, V"),
-        (lambda: polariser("up"), ParameterError, "psi"),
+        (lambda: polarizer("up"), ParameterError, "psi"),
     ],
 )
 def test_errors_say_what_is_expected(wrong, error, words):

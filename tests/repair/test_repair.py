@@ -62,11 +62,11 @@ def whole():
 
 def test_every_repair_adds_to_the_history_and_leaves_the_original(whole):
     first = gn.repair.remove_negatives(changed(whole, whole.brdf() - 0.1))
-    second = gn.repair.symmetrise(first, "reciprocity")
+    second = gn.repair.symmetrize(first, "reciprocity")
     assert whole.repairs == ()
     assert "repairs" not in whole.about
     assert [r.operation for r in first.repairs] == ["remove_negatives"]
-    assert [r.operation for r in second.repairs] == ["remove_negatives", "symmetrise"]
+    assert [r.operation for r in second.repairs] == ["remove_negatives", "symmetrize"]
     assert second.repairs[0] == first.repairs[0]
     assert second.repairs[1].parameters == {"kind": "reciprocity"}
     assert second.repairs[1].albedo_before == first.repairs[0].albedo_after
@@ -84,8 +84,8 @@ def test_what_is_made_of_a_file_says_so(tmp_path, monkeypatch):
     assert m.provenance["file"] == "a.nc" and len(m.provenance["sha256"]) == 64
     scattered = gn.Scattered([0.1, 0.5, 0.9], 0.0, 0.3, [0.0, 1.0, 2.0], [1.0, 2.0, 3.0])
     scattered.__dict__["provenance"] = m.provenance
-    repaired = gn.repair.symmetrise(gn.repair.fill_holes(m), "isotropy")
-    assert [r.operation for r in repaired.repairs] == ["fill_holes", "symmetrise"]
+    repaired = gn.repair.symmetrize(gn.repair.fill_holes(m), "isotropy")
+    assert [r.operation for r in repaired.repairs] == ["fill_holes", "symmetrize"]
     for made in (
         repaired,
         m.with_brdf(m.brdf()),
@@ -123,7 +123,7 @@ def test_a_record_says_itself_in_one_line(whole):
 
 
 def test_what_is_no_record_is_refused(whole):
-    record = gn.repair.symmetrise(whole, "plane").repairs[0].to_json()
+    record = gn.repair.symmetrize(whole, "plane").repairs[0].to_json()
     nan = Repair.from_json({**record, "figures": {"x": None}})
     assert math.isnan(nan.figures["x"])
     for bad in ({}, {**record, "albedo_after": 3}, {**record, "figures": [1]}, "text", {**record, "albedo_after": "x"}):
@@ -254,7 +254,7 @@ def reversed_pairs(f):
 
 def test_reciprocity_is_exact_on_a_symmetric_grid_and_asymmetry_is_reported(whole):
     g = noisy(whole, 0.02)
-    r = gn.repair.symmetrise(g, "reciprocity")
+    r = gn.repair.symmetrize(g, "reciprocity")
     assert np.array_equal(r.stored, reversed_pairs(r.stored))
     figures = r.repairs[0].figures
     assert figures["on_grid"] == 1
@@ -277,7 +277,7 @@ def test_reciprocity_is_exact_on_a_symmetric_grid_and_asymmetry_is_reported(whol
 
 def test_a_reciprocal_table_is_left_as_it_is(whole):
     for kind in ("reciprocity", "plane"):
-        r = gn.repair.symmetrise(whole, kind)
+        r = gn.repair.symmetrize(whole, kind)
         np.testing.assert_allclose(r.stored, whole.stored, rtol=1e-9)
         assert r.repairs[0].figures["asymmetry_largest"] < 1e-9
 
@@ -285,7 +285,7 @@ def test_a_reciprocal_table_is_left_as_it_is(whole):
 def test_a_missing_value_is_that_of_its_pair(whole):
     f = whole.stored.copy()
     f[2, 9, 4] = np.nan
-    r = gn.repair.symmetrise(changed(whole, f, 0.1 * f), "reciprocity")
+    r = gn.repair.symmetrize(changed(whole, f, 0.1 * f), "reciprocity")
     assert r.stored[2, 9, 4] == f[9, 2, 32] == r.stored[9, 2, 32]
     assert r.uncertainty[2, 9, 4] == pytest.approx(0.1 * f[9, 2, 32])
     assert r.repairs[0].filled == 1
@@ -296,7 +296,7 @@ def test_reciprocity_by_interpolation_where_the_grid_has_no_symmetry():
     axes = {"theta_i": theta_i, "theta_o": theta_o, "phi": np.radians(np.arange(0.0, 360.0, 5.0))}
     f = table(gn.Lambertian(0.4), axes=axes).stored * (1.0 + 0.3 * np.sin(theta_i))[:, None, None]
     g = Gridded("angles", axes, f, outside="missing")
-    r = gn.repair.symmetrise(g, "reciprocity")
+    r = gn.repair.symmetrize(g, "reciprocity")
     assert r.repairs[0].figures["on_grid"] == 0
     s_i, s_o = np.sin(theta_i)[:, None, None], np.sin(theta_o)[:, None]
     known = (s_o <= math.sin(math.radians(60.001))) & (s_i >= 0.0) & np.ones(f.shape, bool)
@@ -322,7 +322,7 @@ def test_the_plane_of_anisotropic_tables(name):
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     even = brushed.f(wi @ turn, wo @ turn)
     odd = 0.1 * ((wi + wo) @ turn)[..., 1]
-    r = gn.repair.symmetrise(Gridded(name, axes, even + odd), "plane", plane)
+    r = gn.repair.symmetrize(Gridded(name, axes, even + odd), "plane", plane)
     np.testing.assert_allclose(r.stored, even, rtol=1e-9, atol=1e-12)
     assert r.repairs[0].figures["on_grid"] == 1
     assert r.repairs[0].parameters == {"kind": "plane", "plane": plane}
@@ -339,7 +339,7 @@ def test_reciprocity_of_four_axes(name):
     axes = {n: 2.0 * np.pi * np.arange(x) / x if isinstance(x, int) else np.array(x) for n, x in axes.items()}
     wi, wo = angle_system(name).pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     even, odd = 1.0 + wi[..., 0] * wo[..., 0], 0.3 * (wi[..., 1] - wo[..., 1])
-    r = gn.repair.symmetrise(Gridded(name, axes, even + odd), "reciprocity")
+    r = gn.repair.symmetrize(Gridded(name, axes, even + odd), "reciprocity")
     np.testing.assert_allclose(r.stored, even, rtol=1e-9)
 
 
@@ -350,7 +350,7 @@ def test_isotropy_takes_the_mean_over_the_azimuth_of_the_light(whole):
     wi, wo = angle_system("angles").pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     f = MODEL.f(wi, wo)
     stripes = 0.1 * np.cos(2.0 * phi)[:, None]
-    r = gn.repair.symmetrise(Gridded("angles", axes, f * (1.0 + stripes), uncertainty=0.01 * f), "isotropy")
+    r = gn.repair.symmetrize(Gridded("angles", axes, f * (1.0 + stripes), uncertainty=0.01 * f), "isotropy")
     assert list(r.axes) == ["theta_i", "theta_o", "phi"]
     expected = table(axes={"theta_i": theta, "theta_o": theta, "phi": phi}).stored
     np.testing.assert_allclose(r.stored, expected, rtol=1e-9)
@@ -370,10 +370,10 @@ def test_isotropy_of_other_grids():
         sizes = ([0.1, 0.3], [0.2, 0.5], np.arange(6) * np.pi / 3, np.arange(8) * np.pi / 4)
         axes = {n: np.array(x) for n, x in zip(four, sizes, strict=True)}
         f = table(MODEL, name, axes).stored * (1.0 + 0.2 * np.sin(axes[four[3]]))
-        r = gn.repair.symmetrise(Gridded(name, axes, f), "isotropy")
+        r = gn.repair.symmetrize(Gridded(name, axes, f), "isotropy")
         assert list(r.axes) == names
         np.testing.assert_allclose(r.stored, table(MODEL, name, {n: axes[n] for n in names}).stored, rtol=1e-9)
-    again = gn.repair.symmetrise(r, "isotropy")
+    again = gn.repair.symmetrize(r, "isotropy")
     assert np.array_equal(again.stored, r.stored)
     assert again.repairs[-1].cells == 0
 
@@ -383,7 +383,7 @@ def test_isotropy_between_nodes():
     theta = np.radians([30.0, 60.0])
     phi_i, phi_o = np.radians([0.0, 100.0, 215.0]), np.radians(np.arange(0.0, 360.0, 2.0))
     g = table(axes={"theta_i": theta, "theta_o": theta, "phi_i": phi_i, "phi_o": phi_o})
-    r = gn.repair.symmetrise(g, "isotropy")
+    r = gn.repair.symmetrize(g, "isotropy")
     assert r.repairs[0].figures["on_grid"] == 0
     expected = table(axes={"theta_i": theta, "theta_o": theta, "phi": phi_o}).stored
     np.testing.assert_allclose(r.stored, expected, rtol=2e-3)
@@ -391,7 +391,7 @@ def test_isotropy_between_nodes():
 
 def test_unknown_symmetries(whole):
     with pytest.raises(gn.errors.ParameterError, match="'reciprocity', 'isotropy', 'plane'"):
-        gn.repair.symmetrise(whole, "bilateral")
+        gn.repair.symmetrize(whole, "bilateral")
 
 
 # Negative values.
@@ -488,7 +488,7 @@ def test_within_reach_everything_is_replaced_beyond(whole):
 
 
 @pytest.mark.usefixtures("rough_albedos")
-def test_grazing_in_other_parameterisations():
+def test_grazing_in_other_parameterizations():
     g = gn.repair.resample(MODEL, "half_difference", resolution=(30, 24, 36))
     wi, wo = g.directions()
     low = np.minimum(wi[..., 2], wo[..., 2]) < math.cos(math.radians(75.0))
@@ -934,7 +934,7 @@ def test_merl_files_are_grids(whole):
     grid = m.as_grid()
     some = {**grid.axes, "theta_h": grid.axes["theta_h"][rows]}
     r = gn.repair.fill_holes(m if whole else grid.with_table(grid.stored[rows], axes=some))
-    assert r.parameterisation == "half_difference"
+    assert r.parameterization == "half_difference"
     assert r.channel_names == ("R", "G", "B")
     assert r.periods == {"phi_d": pytest.approx(np.pi)}
     raw = raw[:, rows]

@@ -1,4 +1,4 @@
-"""Pictures of polarised light: their radiance is that of `render`; polarisers beside Fresnel's formulas."""
+"""Pictures of polarized light: their radiance is that of `render`; polarizers beside Fresnel's formulas."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_the_radiance_is_that_of_render(m, lights):
         np.testing.assert_allclose(picture.radiance.pixels.mean(), plain.pixels.mean(), rtol=2e-2)
     np.testing.assert_array_equal(picture.alpha, plain.alpha)
     few = gn.render_stokes(m, lights, size=24, samples=8)
-    filtered = [gn.render_stokes(m, lights, size=24, samples=8, polariser=psi).pixels for psi in (0.3, 0.3 + PI / 2)]
+    filtered = [gn.render_stokes(m, lights, size=24, samples=8, polarizer=psi).pixels for psi in (0.3, 0.3 + PI / 2)]
     np.testing.assert_allclose(sum(filtered), few.pixels, atol=1e-6 * plain.pixels.max())
     assert (picture.dop().pixels <= 1.0).all()
 
@@ -72,22 +72,22 @@ def lit(m: gn.Reflectance, **others: float) -> np.ndarray:
 
 
 def test_light_from_the_camera_comes_back_from_mirrors_as_it_was():
-    """A rough mirror seen along the light mirrors at normal incidence: the polariser's own axis lets all of it through,
+    """A rough mirror seen along the light mirrors at normal incidence: the polarizer's own axis lets all of it through,
     the crossed one none; of what is matt both take half."""
     rough = gn.Microfacet(gn.GGX(0.4), gn.Conductor(1.2, 6.0))
     for psi in (0.0, 0.6):
-        S = lit(rough, polariser=psi)
+        S = lit(rough, polarizer=psi)
         bright = S[..., 0] > 0.01
         # Light comes back in a mirrored frame: what was psi from the right is so from the left for who looks into it.
         for turn, share in ((-psi, 1.0), (-psi + PI / 2, 0.0)):
             seen = S @ gn.polarization.analyser(turn).astype("f4")
             np.testing.assert_allclose(seen[bright], share * S[bright][:, 0], atol=1e-4)
-    matt = lit(gn.Lambertian(0.5), polariser=0.3)
+    matt = lit(gn.Lambertian(0.5), polarizer=0.3)
     assert not matt[..., 1:].any()
 
 
-def test_a_polariser_halves_the_light():
-    plain, filtered = (lit(gn.Lambertian(0.5), **how) for how in ({}, {"polariser": 0.3}))
+def test_a_polarizer_halves_the_light():
+    plain, filtered = (lit(gn.Lambertian(0.5), **how) for how in ({}, {"polarizer": 0.3}))
     np.testing.assert_allclose(filtered[..., 0], 0.5 * plain[..., 0], rtol=1e-5)
 
 
@@ -106,8 +106,8 @@ def test_the_sun_in_a_glass_ball_at_brewsters_angle_is_horizontal():
 
 
 def test_what_goes_straight_through_keeps_its_polarization():
-    """A filter before a polarised sky: all light passes the same polariser, and none the crossed one."""
-    picture = gn.render_stokes(gn.Absorber(0.3), gn.ConstantLight(1.0), size=24, samples=4, polariser=0.4)
+    """A filter before a polarized sky: all light passes the same polarizer, and none the crossed one."""
+    picture = gn.render_stokes(gn.Absorber(0.3), gn.ConstantLight(1.0), size=24, samples=4, polarizer=0.4)
     inside = picture.alpha > 0.0
     np.testing.assert_allclose(picture.through(0.4).pixels, picture.radiance.pixels, atol=1e-6)
     assert picture.through(0.4 + PI / 2).pixels.max() < 1e-6 < picture.radiance.pixels[inside].min()
@@ -130,5 +130,5 @@ def test_an_even_sky_through_a_pane(size):
 
 
 def test_bad_angles_are_refused():
-    with pytest.raises(ParameterError, match="polariser"):
-        gn.render_stokes(gn.Lambertian(0.5), SUN, size=8, samples=1, polariser=math.nan)
+    with pytest.raises(ParameterError, match="polarizer"):
+        gn.render_stokes(gn.Lambertian(0.5), SUN, size=8, samples=1, polarizer=math.nan)

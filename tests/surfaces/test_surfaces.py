@@ -1,4 +1,4 @@
-"""Surfaces: their slopes, heights and realisations, against what they are made to have; maps; bad input."""
+"""Surfaces: their slopes, heights and realizations, against what they are made to have; maps; bad input."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ SURFACES = {
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_realisations(name):
+def test_realizations(name):
     surface = SURFACES[name]
-    same, other = surface.realisation(surface.seed), surface.realisation(surface.seed + 1)
+    same, other = surface.realization(surface.seed), surface.realization(surface.seed + 1)
     np.testing.assert_array_equal(same.heights, surface.heights)
     assert np.array_equal(other.heights, surface.heights) != surface.is_random
     assert other.heights.shape == surface.heights.shape and other.turn == surface.turn

@@ -155,7 +155,7 @@ D = np.array([1.0, 1.0, -1.0, 1.0])
 
 
 def _hold_exchanged(call: Call, m: gn.Reflectance) -> None:
-    """Of the matrix of polarised light D M^T D, D = diag(1, 1, -1, 1), as handedness is seen from the other end."""
+    """Of the matrix of polarized light D M^T D, D = diag(1, 1, -1, 1), as handedness is seen from the other end."""
     if "phi" in call.arguments and not m.is_isotropic():  # an azimuth from the one to the other
         return
     back, at = _exchanged(call), slice(COUNT) if named(call) else ...

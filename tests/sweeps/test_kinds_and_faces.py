@@ -48,7 +48,7 @@ CALLS = {
     "write_report": 'gn.write_report(m, folder / "m.html", fits=False)',
     "repair.extrapolate_to_grazing": 'gn.repair.extrapolate_to_grazing(m, "hold")',
     "repair.subtract_signature": "gn.repair.subtract_signature(m, gn.Lambertian(0.01))",
-    "repair.symmetrise": 'gn.repair.symmetrise(m, "reciprocal")',
+    "repair.symmetrize": 'gn.repair.symmetrize(m, "reciprocal")',
     "notebooks": "[m._repr_html_(), m._repr_png_()]",
     "radiosity": "gn.radiosity(gn.Scene([gn.Mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), m, exitance=1.0)]))",
     "at": "m.at([450.0, 550.0, 620.0])",

@@ -102,7 +102,7 @@ def test_exchanging_wi_and_wo_does_to_the_angles_what_is_said(system, count):
 @each_once
 def test_to_dataset_and_back(system, count):
     ds = gn.to_dataset(MATERIALS[count], system.name, NODES[count])
-    assert ds.attrs["parameterisation"] == system.name
+    assert ds.attrs["parameterization"] == system.name
     assert all(ds[name].attrs["long_name"] == ANGLES[name].meaning for name in system.axes(count == 4))
     m = gn.from_dataset(ds)
     assert np.array_equal(m.stored, ds["values"].values, equal_nan=True)
@@ -115,7 +115,7 @@ def test_to_dataset_and_back(system, count):
 @each_once
 def test_resample(system, count):
     m = gn.repair.resample(MATERIALS[count], system.name, resolution=NODES[count])
-    assert m.parameterisation == system.name and tuple(m.axes) == system.axes(count == 4)
+    assert m.parameterization == system.name and tuple(m.axes) == system.axes(count == 4)
     assert m.repairs[-1].figures["error_rms"] < 0.2
     other = gn.repair.resample(table(system, count), system.name, axes=m.axes)
     wi, wo = m.directions()
@@ -125,8 +125,8 @@ def test_resample(system, count):
 
 @each_once
 @pytest.mark.parametrize("kind", ["reciprocity", "plane", "isotropy"])
-def test_symmetrise(system, count, kind):
-    m = gn.repair.symmetrise(table(system, count), kind)
+def test_symmetrize(system, count, kind):
+    m = gn.repair.symmetrize(table(system, count), kind)
     wi, wo = pairs()
     mirror = np.array([1.0, -1.0, 1.0])
     turned = {"reciprocity": (wo, wi), "plane": (wi * mirror, wo * mirror), "isotropy": (wi, wo)}[kind]
@@ -140,7 +140,7 @@ def test_symmetrise(system, count, kind):
 def test_on_the_command_line(system, count, tmp_path):
     source, path = tmp_path / "x.json", tmp_path / "x.nc"
     gn.save(MATERIALS[count], source)
-    asked = ["--option", f"parameterisation={system.name}", "--resolution", ",".join(map(str, NODES[count]))]
+    asked = ["--option", f"parameterization={system.name}", "--resolution", ",".join(map(str, NODES[count]))]
     done = CliRunner().invoke(cli, ["convert", str(source), str(path), *asked])
     assert done.exit_code == 0, done.output
     said = json.loads(CliRunner().invoke(cli, ["info", str(path), "--json"]).output)
@@ -158,8 +158,8 @@ def test_files_that_hold_tables_hold_each(system, count, suffix, tmp_path):
     assert np.allclose(again.stored, m.stored, rtol=1e-15)
     assert np.allclose(again.f(*pairs()), m.f(*pairs()), rtol=1e-12)
     if suffix == ".nc":
-        gn.save(MATERIALS[count], tmp_path / "y.nc", parameterisation=system.name, resolution=NODES[count])
-        assert gn.load(tmp_path / "y.nc").parameterisation == system.name
+        gn.save(MATERIALS[count], tmp_path / "y.nc", parameterization=system.name, resolution=NODES[count])
+        assert gn.load(tmp_path / "y.nc").parameterization == system.name
 
 
 @each_once
@@ -180,7 +180,7 @@ def test_tabulate_offers_those_that_say_so(system):
         with pytest.raises(ParameterError, match=f"'{system.name}': expected {offered}"):
             gn.tabulate(ISOTROPIC, system.name)
     else:
-        assert gn.tabulate(ISOTROPIC, system.name, resolution=(8, 8, 12)).parameterisation == system.name
+        assert gn.tabulate(ISOTROPIC, system.name, resolution=(8, 8, 12)).parameterization == system.name
 
 
 @pytest.mark.parametrize("call", [gn.to_dataset, gn.repair.resample, gn.tabulate], ids=lambda c: c.__name__)

@@ -138,7 +138,7 @@ def test_models_are_put_on_a_grid(tmp_path):
     assert again.channel_names == ("R", "G", "B")
     np.testing.assert_allclose(again.f(WI, WO), m.f(WI, WO), rtol=1e-2)
     assert again.about["made_of"] == repr(m)
-    gn.save(m, tmp_path / "m.nc", parameterisation="angles", resolution=(5, 5, 8))
+    gn.save(m, tmp_path / "m.nc", parameterization="angles", resolution=(5, 5, 8))
     assert gn.load(tmp_path / "m.nc").stored.shape == (5, 5, 8, 3)
     with pytest.raises(ParameterError, match="perfect mirror"):
         gn.save(gn.IdealSpecular(0.9), tmp_path / "m.nc")
@@ -161,7 +161,7 @@ def broken(change):
         (lambda ds: ds.attrs.update(gonio_schema="2.0"), "update gonio"),
         (lambda ds: ds.attrs.update(quantity="radiance"), "expected one of"),
         (lambda ds: ds.attrs.pop("quantity"), "attribute quantity is None"),
-        (lambda ds: ds.attrs.update(parameterisation="angles"), "expected theta_i"),
+        (lambda ds: ds.attrs.update(parameterization="angles"), "expected theta_i"),
         (lambda ds: ds.attrs.update(about="{"), "not JSON"),
         (lambda ds: ds.attrs.update(about='{"a": {"gonio:array": ["O", [1], [2]]}}'), "not JSON"),
         (lambda ds: ds.attrs.update(about="[1]"), "JSON object"),

@@ -1,4 +1,4 @@
-"""Grids of angles: parameterisations, spacing of nodes, wrap-around, holes, what lies beyond; scattered rows."""
+"""Grids of angles: parameterizations, spacing of nodes, wrap-around, holes, what lies beyond; scattered rows."""
 
 import math
 import pickle

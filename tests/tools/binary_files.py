@@ -40,7 +40,7 @@ def random_layered(channels, seed=3):
     return layered(pairs, channels)
 
 
-def polarised(seed=1, counts=(9, 8, 13), wavelengths=(450, 500, 550, 600, 650), holes=0.0):
+def polarized(seed=1, counts=(9, 8, 13), wavelengths=(450, 500, 550, 600, 650), holes=0.0):
     """Fields of a file, random matrices."""
     rng = np.random.default_rng(seed)
     axes = [np.linspace(0.0, np.pi / 2, n, dtype="f4") for n in counts[:2]]

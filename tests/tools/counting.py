@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 TABLE = Path(__file__).resolve().parents[1] / "house" / "counts.txt"
 SETTINGS = {
     "GONIO_CACHE": "off",
-    "GONIO_OPTIMISE": "off",
+    "GONIO_OPTIMIZE": "off",
     "GONIO_THREADS": "1",
     "GONIO_KEEP": "1024",
     "OMP_NUM_THREADS": "1",

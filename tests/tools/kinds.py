@@ -17,7 +17,7 @@ KINDS = {
     "map": "gn.Lambertian(np.linspace(0.1, 0.9, 4).reshape(2, 2))",
     "texture": "gn.Lambertian(gn.Texture(np.linspace(0.1, 0.9, 48).reshape(4, 4, 3)))",
     "fluorescent": "gn.Donaldson([[0.2, 0.0, 0.0], [0.45, 0.6, 0.0], [0.1, 0.15, 0.7]], wavelengths=[450, 550, 620])",
-    "polarising": "gn.Microfacet(gn.GGX(0.3), gn.Conductor(0.2, 3.9))",
+    "polarizing": "gn.Microfacet(gn.GGX(0.3), gn.Conductor(0.2, 3.9))",
     "transmitting": "gn.RoughDielectric(gn.GGX(0.3), 1.5)",
     "delta": "gn.IdealSpecular(0.8)",
     "delta across": "gn.ThinDielectric(1.5)",

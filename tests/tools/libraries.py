@@ -136,10 +136,10 @@ def opened(kind: type[Library]) -> Library:
 
 
 @contextmanager
-def optimising() -> Iterator[None]:
+def optimizing() -> Iterator[None]:
     """Kernels are compiled as they are for users: plans of kernels that were compiled otherwise are forgotten."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.delenv("GONIO_OPTIMISE", raising=False)
+        patch.delenv("GONIO_OPTIMIZE", raising=False)
         patch.delenv("GONIO_PASSES", raising=False)
         planning._PATTERNS.clear()
         yield

@@ -49,11 +49,11 @@ def _material() -> bytes:
 
 
 def _kaist() -> bytes:
-    from binary_files import polarised
+    from binary_files import polarized
 
     from gonio.formats._reading import tensor_file
 
-    return tensor_file.serialise(polarised(counts=(2, 3, 3), wavelengths=(450, 550)))
+    return tensor_file.serialize(polarized(counts=(2, 3, 3), wavelengths=(450, 550)))
 
 
 def _utia() -> bytes:

@@ -178,7 +178,7 @@ class Calls(Hooks):
         Stokes vectors (I, Q, U, V) in the axes of the surface: for light that moves along k (-wi, then wo) x = s, along
         increasing azimuth, and y = p = k x s; at the pole the azimuth is 0. Q = I_s - I_p, U + iV = 2 E_s conj(E_p)
         with the time factor exp(-i omega t). Other axes: `gn.polarization`. Where a model says nothing about
-        polarization what leaves is unpolarised (`polarizes` is False).
+        polarization what leaves is unpolarized (`polarizes` is False).
 
         Shapes   wi, wo: (..., 3), broadcast against each other; result (..., 4, 4), or (..., C, 4, 4) for C channels.
         Units    [1/sr], as f. 0 below the horizon, NaN where a direction is NaN; a delta lobe contributes 0.
@@ -188,7 +188,7 @@ class Calls(Hooks):
         >>> glass = gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
         >>> brewster = np.arctan(1.5)
         >>> M = glass.mueller(gn.direction(brewster, 0.0), gn.direction(brewster, np.pi))
-        >>> print((M @ [1, 0, 0, 0]).round(3))  # unpolarised light in: all of what leaves is horizontal
+        >>> print((M @ [1, 0, 0, 0]).round(3))  # unpolarized light in: all of what leaves is horizontal
         [1.892 1.892 0.    0.   ]
         """
         return batch.run(kernels.MUELLER, self, (wi, wo))[0]

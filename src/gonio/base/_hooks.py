@@ -200,13 +200,13 @@ class Hooks(Parametrised):
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         """The Mueller matrix of f [1/sr], in the axes of `formula/mueller.py`, for directions above the horizon.
 
-        Not written, what leaves is unpolarised: f diag(1, 0, 0, 0). A model that writes it says so by `polarizes`.
+        Not written, what leaves is unpolarized: f diag(1, 0, 0, 0). A model that writes it says so by `polarizes`.
         """
-        return Mueller.depolariser(self.formula(wi, wo))
+        return Mueller.depolarizer(self.formula(wi, wo))
 
     def polarized_mirror(self, wo: Direction) -> Mueller:
-        """The Mueller matrix of a delta lobe at the mirror direction; without it what is mirrored is unpolarised."""
-        return Mueller.depolariser(self.mirror(wo))
+        """The Mueller matrix of a delta lobe at the mirror direction; without it what is mirrored is unpolarized."""
+        return Mueller.depolarizer(self.mirror(wo))
 
     def reradiated(self, light: Self, wi: Direction, wo: Direction) -> Any:
         """Fluorescence: the light of one wavelength that leaves as light of another, [1/sr] per band.

@@ -76,7 +76,7 @@ def mueller(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
 
 def _total_mueller(m: Hooks, wi: Direction, wo: Direction) -> Mueller:
     """The Mueller matrix of all lobes together, of light from either side."""
-    total = Mueller.depolariser(0.0 * wi.z)
+    total = Mueller.depolarizer(0.0 * wi.z)
     for weight, lobe in m.lobes():
         if not lobe.is_delta:
             lit, safe = on_its_side(lobe, wi)
@@ -99,7 +99,7 @@ def _delta_mueller(m: Hooks, wo: Direction, sides: str) -> tuple[Any, ...]:
     else:
         back, hidden, wo_up = upright(wo)
         seen = m.turned(back)
-    total = Mueller.depolariser(0.0 * wo_up.z)
+    total = Mueller.depolarizer(0.0 * wo_up.z)
     for weight, lobe in seen.lobes():
         if lobe.is_delta and lobe.sides == sides:
             total = total + lobe.polarized_mirror(wo_up) * weight

@@ -177,8 +177,8 @@ class UnderLight(_OverBands):
         return (self.light * self.of.formula(wi, wo) + self._total(wi, wo)) / self.seen
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        # What keeps its wavelength is polarised as by the material; fluorescence is not.
-        glow = Mueller.depolariser(self._total(wi, wo) / self.seen)
+        # What keeps its wavelength is polarized as by the material; fluorescence is not.
+        glow = Mueller.depolarizer(self._total(wi, wo) / self.seen)
         both: Mueller = self.of.polarized(wi, wo) * (self.light / self.seen) + glow
         return both
 

@@ -85,8 +85,8 @@ def render(
     scalar, or one for each channel. Linear radiance, 0 beside the shape; the coverage has no derivative.
 
     Arguments are those of `gn.render`, and are known when the function is compiled: but for the numbers they are
-    structure. The same seed has the same noise in each step of an optimiser. A squared difference of a noisy picture is
-    too large by the noise's variance, which an optimiser lowers too: take samples enough that this is little.
+    structure. The same seed has the same noise in each step of an optimizer. A squared difference of a noisy picture is
+    too large by the noise's variance, which an optimizer lowers too: take samples enough that this is little.
 
     Shapes   (H, W, C).
     Error    of samples, as gn.picture_jacobian's: no bias, for what sampling decides is held; edges of shadows stay

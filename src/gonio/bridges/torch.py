@@ -1,4 +1,4 @@
-"""Materials as PyTorch modules, their numbers as `nn.Parameter`s that an optimiser can move; pictures as tensors."""
+"""Materials as PyTorch modules, their numbers as `nn.Parameter`s that an optimizer can move; pictures as tensors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Material(torch.nn.Module):
     """A reflectance whose numbers are trainable: `Material(m)(wi, wo)` is `m.f(wi, wo)` with gradients.
 
     `trainable` lists the paths of `m.parameters` to train; without it all are. In `state_dict` the dots of a path
-    are underscores. `clamp_()` moves the numbers back into their bounds, after a step of the optimiser.
+    are underscores. `clamp_()` moves the numbers back into their bounds, after a step of the optimizer.
     """
 
     def __init__(self, m: Reflectance, trainable: Iterable[str] | None = None, dtype: torch.dtype = torch.float32):
@@ -81,8 +81,8 @@ def render(
     up. A number may be a scalar, or one for each channel. Where no tensor requires a gradient, and under
     `torch.no_grad()`, the picture alone is computed. Linear radiance, 0 beside the shape; coverage has no derivative.
 
-    Arguments are those of `gn.render`. The same seed has the same noise in each step of an optimiser. A squared
-    difference of a noisy picture is too large by the noise's variance, which an optimiser lowers too: take samples
+    Arguments are those of `gn.render`. The same seed has the same noise in each step of an optimizer. A squared
+    difference of a noisy picture is too large by the noise's variance, which an optimizer lowers too: take samples
     enough that this is little.
 
     Shapes   (H, W, C), on the device of the tensors.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def formats_(name: tuple[str, ...], as_json: bool) -> None:
     """List the file formats: their suffixes, whether they are read and written, and what they were checked against.
 
-    With the NAME or a suffix of a format: its options too, with meanings and values. Files are recognised by their
+    With the NAME or a suffix of a format: its options too, with meanings and values. Files are recognized by their
     content. A suffix of several formats does not say which one to write: name it.
     """
     from ..facts.format_table import format_table

@@ -52,7 +52,7 @@ def import_(ctx: click.Context, file: Path, output: Path | None, as_json: bool, 
       gonio import scan.csv -O coverage=2 -O columns.theta_o=Detector -o scan.nc
       gonio import scan.xlsx -O sheet=Data -O angle_unit=rad
     """
-    from ..formats import load_as_typed, recognised, target, writer
+    from ..formats import load_as_typed, recognized, target, writer
     from ..formats._laboratory.suspicions import suspicions
     from ..formats._options import names_in, of_texts
 
@@ -62,7 +62,7 @@ def import_(ctx: click.Context, file: Path, output: Path | None, as_json: bool, 
         target(writer(output, **asked.of("convert")), output)
     if not file.is_file():
         raise ParameterError(f"{file}: no such file; expected a table, CSV or .xlsx")
-    module = recognised(file, names_in(texts))
+    module = recognized(file, names_in(texts))
     if not hasattr(module, "understood"):
         about = getattr(load_as_typed(file, texts), "about", {})  # or says what has two readings
         read = f", read as {about['understood']}" if "understood" in about else ""

@@ -40,7 +40,7 @@ def facts_as_text(facts: dict[str, Any]) -> str:
     if "format" in facts:
         rows.append(("format", facts["format"] + (f", {size_in_words(facts['bytes'])}" if facts["bytes"] else "")))
         if facts["published_as"]:
-            rows.append(("recognised", f"bit by bit the published file of {facts['published_as']}"))
+            rows.append(("recognized", f"bit by bit the published file of {facts['published_as']}"))
         rows += [(name, text if len(text) <= LONGEST else f"{text[:LONGEST]} ...") for name, text in words.notes(facts)]
         rows += [(f"  {name}" if name in facts["axes"] else name, text) for name, text in words.contents(facts)]
     else:

@@ -81,7 +81,7 @@ def _width(program: Program) -> int:
     # Two vectors at a time: each waits for its own results, and the processor works on the other meanwhile. On x86 two
     # of four lanes would be one of eight.
     register = machine.lanes(program.dtype)
-    soon = program.single or not machine.optimises()
+    soon = program.single or not machine.optimizes()
     single = soon or (machine.lane_bits() == 128 and machine.is_x86())
     return register if single else 2 * register
 
@@ -179,12 +179,12 @@ _SOURCES, _BACK = _sources(), _back_sources()  # of what is imported now: later 
 
 def _versions() -> str:
     """All that the code of a program depends on, beside the program itself."""
-    return repr((machine.compiler(), machine.processor(), machine.optimises(), passes.wanted(), _SOURCES))
+    return repr((machine.compiler(), machine.processor(), machine.optimizes(), passes.wanted(), _SOURCES))
 
 
 def _back() -> str:
     """All that the code of an IR depends on, beside the IR itself."""
-    return repr((machine.compiler(), machine.processor(), machine.optimises(), _BACK))
+    return repr((machine.compiler(), machine.processor(), machine.optimizes(), _BACK))
 
 
 def _digest(text: str) -> str:

@@ -218,7 +218,7 @@ def _of_channels(m: Reflectance, channels: list[int]) -> Reflectance:
         names = [str(c) for c in channels]
         kept = {name: getattr(m, name) for name in ("periods", "interpolation", "outside")}
         return Gridded(
-            m.parameterisation, m.axes, m.brdf()[..., channels], channels=names, mirrored=m.is_mirrored, **kept
+            m.parameterization, m.axes, m.brdf()[..., channels], channels=names, mirrored=m.is_mirrored, **kept
         )
     return m.each(lambda x: x[..., channels] if np.ndim(x) and np.shape(x)[-1] > 1 else x)
 

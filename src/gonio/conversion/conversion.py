@@ -187,8 +187,8 @@ def _names(m: Reflectance) -> tuple | None:
     return channels_named(count)
 
 
-POLARISED = 1 << 10
-"""Pairs of directions at which polarisation is looked for."""
+POLARIZED = 1 << 10
+"""Pairs of directions at which polarization is looked for."""
 
 COLOURS = {("R", "G", "B"), XYZ, RELATIVE_XYZ}
 
@@ -240,7 +240,7 @@ def _differences(m: Reflectance, made: Reflectance) -> tuple[dict[str, str], dic
     if getattr(m, "uncertainty", None) is not None and getattr(made, "uncertainty", None) is None:
         lost["uncertainty"] = "standard uncertainty of the values"
     if m.polarizes and not made.polarizes:
-        lost["mueller"] = f"polarisation: unpolarised light is up to {percent(_polarised(m))} polarised after it"
+        lost["mueller"] = f"polarization: unpolarized light is up to {percent(_polarized(m))} polarized after it"
     if isinstance(m, Measured):
         about = made.about if isinstance(made, Measured) else {}
         missing = [name for name, value in m.about.items() if name not in about or str(about[name]) != str(value)]
@@ -266,9 +266,9 @@ def _channels(before: tuple | None, after: tuple | None, lost: dict[str, str], g
         lost["channels"] = f"{shown}{' ...' if len(gone) > 6 else ''}; the file has {kept}"
 
 
-def _polarised(m: Reflectance) -> float:
-    """The largest degree of polarisation of unpolarised light that was reflected, at spread pairs of directions."""
-    M = m.mueller(*lattice_pairs(min(POLARISED, pairs_for(m)))).reshape(-1, 4, 4)
+def _polarized(m: Reflectance) -> float:
+    """The largest degree of polarization of unpolarized light that was reflected, at spread pairs of directions."""
+    M = m.mueller(*lattice_pairs(min(POLARIZED, pairs_for(m)))).reshape(-1, 4, 4)
     return float(np.nanmax(dop(M[M[:, 0, 0] > 0.0][..., 0]), initial=0.0))
 
 

@@ -52,7 +52,7 @@ class Tabulated(Gridded):
 @checked
 def tabulate(
     m: Reflectance,
-    parameterisation: str = "half_difference",
+    parameterization: str = "half_difference",
     resolution: Sequence[int] | None = None,
     anisotropic: bool | None = None,
     channels: Sequence[int] | None = None,
@@ -67,17 +67,17 @@ def tabulate(
 
     Example
     >>> table = gn.tabulate(gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5)))
-    >>> print(table.parameterisation, table.stored.shape)
+    >>> print(table.parameterization, table.stored.shape)
     half_difference (90, 46, 36)
     """
     warn_of_reradiation(m, "gn.save(m, 'm.json')")
     if m.sides != "front":
         named: dict[str, Any] = {"resolution": resolution, "anisotropic": anisotropic, "channels": channels}
-        return sheet_of({q: tabulate(part, parameterisation, **named) for q, part in quarters(m).items()})
-    shape, system = tabular_shape(m), angle_system(parameterisation)
+        return sheet_of({q: tabulate(part, parameterization, **named) for q, part in quarters(m).items()})
+    shape, system = tabular_shape(m), angle_system(parameterization)
     if system.tabulated is None:
         offered = " or ".join(repr(name) for name, other in SYSTEMS.items() if other.tabulated)
-        raise ParameterError(f"parameterisation={parameterisation!r}: expected {offered}")
+        raise ParameterError(f"parameterization={parameterization!r}: expected {offered}")
     four = not m.is_isotropic() if anisotropic is None else anisotropic
     chosen = _Channels(m, shape, channels)
     reciprocal = chosen.reciprocal()
@@ -85,15 +85,15 @@ def tabulate(
     periods = {"phi_d": period} if "phi_d" in system.isotropic else None
     axes = nodes_of(system, four, resolution, system.tabulated, periods)
     sizes = [*map(len, axes.values())]
-    if parameterisation == "angles" and (sizes[0] != sizes[1] or (four and sizes[2] != sizes[3])):
+    if parameterization == "angles" and (sizes[0] != sizes[1] or (four and sizes[2] != sizes[3])):
         raise ParameterError(f"resolution={resolution!r}: expected as many nodes for wo as for wi, for reciprocity")
     values = _on_grid(chosen, system, axes)
-    if reciprocal and parameterisation == "angles":  # averaged with the exchange of wi and wo; phi becomes -phi
+    if reciprocal and parameterization == "angles":  # averaged with the exchange of wi and wo; phi becomes -phi
         exchanged = values.transpose(1, 0, 3, 2, 4) if four else values.transpose(1, 0, 2, 3)[:, :, ::-1]
         values = 0.5 * (values + (exchanged if four else np.roll(exchanged, 1, axis=2)))
     names = m.channel_names or channels_named(m.channels or 1)
     table = Tabulated(
-        parameterisation,
+        parameterization,
         axes,
         values if shape else values[..., 0],
         channels=[names[c] for c in chosen.numbers] if shape else None,

@@ -24,7 +24,7 @@ class BlinnFacets(Distribution):
     Shapes   n: a number or (..., C).
     Units    D: 1/sr; n: 1.
     Error    D: rounding. Lambda, by a 16-point rule: G1 relative 1e-6.
-    Source   Blinn 1977, "Models of light reflection"; normalised by projected area: Walter et al. 2007, EGSR, whose
+    Source   Blinn 1977, "Models of light reflection"; normalized by projected area: Walter et al. 2007, EGSR, whose
              Lambda is an approximation; here it is Smith's integral (see `StudentT`). Normals: density D cos,
              of two that are opposite as they are seen.
 

@@ -14,7 +14,7 @@ from ..formula.special import expm1_over, log1p_over
 
 
 class GTR(Distribution):
-    """Generalised Trowbridge-Reitz: D = c / (alpha^2 cos^2(theta_m) + sin^2(theta_m))^gamma.
+    """Generalized Trowbridge-Reitz: D = c / (alpha^2 cos^2(theta_m) + sin^2(theta_m))^gamma.
 
     gamma = 2 is GGX, gamma = 1 Berry's distribution, larger gamma has shorter tails. c makes the integral of D cos 1:
     1/c = pi/(1 - alpha^2) times the integral of v^(-gamma) over [alpha^2, 1], at gamma = 1 log(1/alpha^2).

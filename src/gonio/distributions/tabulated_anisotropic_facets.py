@@ -27,7 +27,7 @@ class TabulatedAnisotropicFacets(Distribution):
     """Distribution of normals from a table: D(theta_m, phi_m) proportional to `values`, linear in between.
 
     `theta` increases, within [0, pi/2]; below the first and above the last angle D stays. `phi` increases, within
-    [0, 2 pi), and is closed to a circle. The values need no normalisation: the integral of D cos(theta_m) is made 1.
+    [0, 2 pi), and is closed to a circle. The values need no normalization: the integral of D cos(theta_m) is made 1.
     They are resampled once, to 257 polar angles that are equally spaced in sqrt(theta), and 256 azimuths; at the pole D
     is the mean over the azimuths. D may lean to a side, which no surface does on average; where less of its facets is
     seen than of a flat surface, G1 is 1.

@@ -23,7 +23,7 @@ class TabulatedFacets(Distribution):
     """Isotropic distribution from a table: D(theta_m) proportional to `values` at angles `theta`, linear in between.
 
     `theta` increases, within [0, pi/2]; below the first and above the last angle D stays. The values need no
-    normalisation: the integral of D cos(theta_m) is made 1. They are resampled once, to 513 values that are equally
+    normalization: the integral of D cos(theta_m) is made 1. They are resampled once, to 513 values that are equally
     spaced in sqrt(theta), and linear in it in between.
 
     Looks    `TabulatedFacets([0, 0.2, 0.25], [1, 1, 0])` reflects a lamp as an even disc with an edge;

@@ -117,7 +117,7 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 PAGE = """# File formats
 
-`gn.load(path)` recognises a file by its content, whatever its name. `gn.save(m, path)` takes the format of the suffix,
+`gn.load(path)` recognizes a file by its content, whatever its name. `gn.save(m, path)` takes the format of the suffix,
 or `format=` where several formats share a suffix. `gn.convert(m, path)` saves, reads the file again, and reports
 changes and losses, and so does `gonio convert IN OUT`. `gonio info FILE` describes a file.
 

@@ -164,7 +164,7 @@ def _file_facts(m: Measured) -> dict[str, Any]:
         "bytes": size_of(Path(m.path)) if os.path.exists(m.path) else None,
         "format": m.provenance.get("format", m.format),
         "quantity": m.quantity,
-        "parameterisation": getattr(m, "parameterisation", None),
+        "parameterization": getattr(m, "parameterization", None),
         "axes": {name: _axis(nodes) for name, nodes in getattr(m, "axes", {}).items()},
         "rows": len(m.rows) if isinstance(m, Scattered) else None,
         "half_planes": half_planes(m).tolist() if isinstance(m, Gridded) else [],

@@ -27,7 +27,7 @@ def notes(facts: dict[str, Any]) -> Rows:
 def contents(facts: dict[str, Any]) -> Rows:
     """What a file holds and lacks."""
     yield "quantity", facts["quantity"]
-    if name := facts["parameterisation"]:
+    if name := facts["parameterization"]:
         yield "grid", SYSTEMS[name].title if name in SYSTEMS else name
     yield from ((name, _nodes(axis)) for name, axis in facts["axes"].items())
     if facts["rows"]:

@@ -18,7 +18,7 @@ from .losses import SCALES
 from .problem import Problem, make_problem
 from .result import Fit
 from .samples import warn_of_missing
-from .solver import Solved, minimise
+from .solver import Solved, minimize
 from .starts import best_starts
 
 KEPT = 2
@@ -143,7 +143,7 @@ def _from(problem: Problem, x: np.ndarray, solver: str) -> Solved:
     """The optima from starts (S, n) near them, where a step of all unknowns is as good as one of the curved alone."""
     if solver == "scipy":
         return _by_scipy(problem, x[:1])
-    return minimise(problem.squares, x, problem.box._replace(is_linear=np.zeros(x.shape[1], bool)))
+    return minimize(problem.squares, x, problem.box._replace(is_linear=np.zeros(x.shape[1], bool)))
 
 
 def _by_scipy(problem: Problem, x: np.ndarray) -> Solved:
@@ -177,7 +177,7 @@ def _robustly(wanted: Problem, solved: Solved, solver: str) -> tuple[Problem, So
         if not spread > 0.0:
             break
         wanted = replace(wanted, scale=SCALES[wanted.robust] * spread)
-        solved = _from(wanted, x, solver) if solver == "scipy" else minimise(wanted.squares, x, wanted.box)
+        solved = _from(wanted, x, solver) if solver == "scipy" else minimize(wanted.squares, x, wanted.box)
     return wanted, solved
 
 

@@ -324,7 +324,7 @@ def fit_problem(
     weights: Any = None,
     theta_max: ThetaMax = 0.5 * math.pi,
 ) -> Problem:
-    """The problem that `fit` solves, for optimisers of others: residuals and derivatives; arguments as those of `fit`.
+    """The problem that `fit` solves, for optimizers of others: residuals and derivatives; arguments as those of `fit`.
 
     `problem.residuals` takes arrays of PyTorch and JAX too, and they differentiate it.
 

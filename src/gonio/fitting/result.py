@@ -98,10 +98,10 @@ class Fit:
         """The result of a problem that was solved for one set of unknowns.
 
         Example
-        >>> from gonio.fitting.solver import minimise
+        >>> from gonio.fitting.solver import minimize
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
         >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
-        >>> print(gn.Fit.of(problem, minimise(problem.squares, np.array([[0.4]]), problem.box), 1.0).values.round(4))
+        >>> print(gn.Fit.of(problem, minimize(problem.squares, np.array([[0.4]]), problem.box), 1.0).values.round(4))
         [0.3142]
         """
         u, x, sums = problem.unknowns, solved.x[0], solved.squares

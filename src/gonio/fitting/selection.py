@@ -41,7 +41,7 @@ from .asked import LossName, PerChannel, ThetaMax
 from .fitting import fit
 from .result import Fit
 from .samples import samples
-from .solver import minimise
+from .solver import minimize
 
 FOLDS = 5
 """Parts of the rows, each of which is foretold from the others."""
@@ -304,7 +304,7 @@ def _left_out(found: Fit, fold: np.ndarray) -> np.ndarray:
             raise ParameterError(
                 f"{problem.samples.source}: too few rows to leave some out for {len(problem.names)} unknowns"
             )
-        x = minimise(rest.squares, start, rest.box).x[0]
+        x = minimize(rest.squares, start, rest.box).x[0]
         r = problem.at(out).residuals(problem.unknowns.numbers(x))
         errors[out] = (r.reshape(-1, int(out.sum())) ** 2).mean(axis=0)
     return errors

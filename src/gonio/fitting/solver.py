@@ -53,7 +53,7 @@ class Box(NamedTuple):
     is_linear: np.ndarray
 
 
-def minimise(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, tolerance: float = TOLERANCE) -> Solved:
+def minimize(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, tolerance: float = TOLERANCE) -> Solved:
     """The least cost from each of the starts x (B, n) within bounds.
 
     A step solves (A + damping diag A) d = -g for the unknowns that are not held at a bound by their slope, and is

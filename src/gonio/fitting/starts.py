@@ -9,7 +9,7 @@ import numpy as np
 from ..numerics.lattice import lattice
 from .losses import of_starts
 from .problem import Problem
-from .solver import minimise, with_linear_solved
+from .solver import minimize, with_linear_solved
 from .unknowns import likely
 
 STARTS = 16
@@ -68,7 +68,7 @@ def best_starts(problem: Problem, count: int | None, seed: int, keep: int) -> tu
     part = replace(chosen_rows(problem, seed), single=True)
     plain = replace(part, loss=of_starts(part.loss))
     x = with_linear_solved(plain.squares, x, plain.box)
-    found = minimise(part.squares, x, part.box, steps=60, tolerance=ROUGH)
+    found = minimize(part.squares, x, part.box, steps=60, tolerance=ROUGH)
     cost = np.where(np.isfinite(found.squares.cost), found.squares.cost, np.inf)
     order = np.argsort(cost, kind="stable")
     kept: list[int] = []

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..integrals.albedo import albedo
 from .problem import Problem
-from .solver import minimise
+from .solver import minimize
 from .starts import chosen_rows
 
 
@@ -53,7 +53,7 @@ def _with_cosine(problem: Problem, values: np.ndarray) -> str | None:
 
 def _unexplained(problem: Problem, x: np.ndarray) -> float:
     """The share of the variance of what is compared that is left."""
-    found = minimise(lambda at, _: problem.squares(at), x, problem.box, steps=30, tolerance=1e-4)
+    found = minimize(lambda at, _: problem.squares(at), x, problem.box, steps=30, tolerance=1e-4)
     target = problem._arrays[2][problem.samples.valid.T]
     total = float(((target - target.mean()) ** 2).sum())
     return float(found.squares.cost.min()) / total if total > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""Measured reflectances and their file formats, one file each: `load` recognises a file by its content.
+"""Measured reflectances and their file formats, one file each: `load` recognizes a file by its content.
 
 A format's module has NAME, SUFFIXES, DESCRIPTION, `matches(head, size)`, `read(path)` and, where it can be written,
 `write(m, path)`. Their other parameters are options, declared in the signature (see `_options`). ORACLE says what the
@@ -66,7 +66,7 @@ sys.modules[__name__].__class__ = Folder
 
 @checked
 def load(path: str | os.PathLike, **options: Any) -> Reflectance:
-    """The reflectance in a file, recognised by content and not by name.
+    """The reflectance in a file, recognized by content and not by name.
 
     `options` are those of the format: `gonio formats NAME` lists them. A measurement knows its `provenance`. A pipe
     (`/dev/stdin` too) is read to its end, up to 4 GiB, into a temporary file.
@@ -93,7 +93,7 @@ def _loaded(
     """What the format that has options of these names reads, with its options."""
     path = pipes.named(path)
     with pipes.readable(path) as source:
-        module = recognised(source, names)
+        module = recognized(source, names)
         options = options_of(module)
         try:
             m = module.read(source, **options)
@@ -115,7 +115,7 @@ def _loaded(
         return _sides.with_notes(m, known)
 
 
-def recognised(path: Path, options: Collection[str] = ()) -> ModuleType:
+def recognized(path: Path, options: Collection[str] = ()) -> ModuleType:
     """The module whose format a file or a folder has; of text that the named `options` describe, one that has these."""
     return _of_folder(path) if path.is_dir() else _of_file(path, options)
 

@@ -27,7 +27,7 @@ from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of
 NAME = "BiRD"
 SUFFIXES = (".brdf", ".json")
 SHARED_SUFFIX = True
-DESCRIPTION = "EMPIR BiRD's universal BRDF file: rows with uncertainty, wavelength and polarisation, JSON"
+DESCRIPTION = "EMPIR BiRD's universal BRDF file: rows with uncertainty, wavelength and polarization, JSON"
 ORACLE = "published schema and example; own generator"
 
 SCHEMA = "https://raw.githubusercontent.com/BiRD-project/BiRD_view/master/BRDF_JSON_schema/brdf_json_schema_v1.0.json"
@@ -57,14 +57,14 @@ def read(
     polarization: Annotated[
         str | None,
         Declared(
-            "rows to read: s, p, u, or a Stokes vector of the file; by default those of unpolarised light, else the "
+            "rows to read: s, p, u, or a Stokes vector of the file; by default those of unpolarized light, else the "
             "mean of s and p, which is the same, else the only ones"
         ),
     ] = None,
 ) -> Gridded:
     """The measurement in a file.
 
-    Raises FormatError where the file is damaged, ParameterError where it has no rows of this polarisation.
+    Raises FormatError where the file is damaged, ParameterError where it has no rows of this polarization.
     """
     document = json_text.read(path)
     where = str(path)
@@ -163,10 +163,10 @@ def _uncertainty(columns: dict[str, np.ndarray], data: dict[str, Any], where: st
 def _of_polarization(
     columns: dict[str, np.ndarray], states: np.ndarray | None, asked: str | None, about: dict[str, Any], where: str
 ) -> dict[str, np.ndarray]:
-    """The rows of one state of polarisation, which `about` then names."""
+    """The rows of one state of polarization, which `about` then names."""
     if states is None:
         if asked is not None:
-            raise ParameterError(f"polarization={asked!r}: {where} does not say how its light was polarised")
+            raise ParameterError(f"polarization={asked!r}: {where} does not say how its light was polarized")
         return columns
     kinds = sorted(set(states.tolist()))
     if asked is None:
@@ -181,7 +181,7 @@ def _of_polarization(
 
 
 def _mean(s: dict[str, np.ndarray], p: dict[str, np.ndarray], where: str) -> dict[str, np.ndarray]:
-    """f of unpolarised light: the mean of rows for s and p that agree in everything else."""
+    """f of unpolarized light: the mean of rows for s and p that agree in everything else."""
     keys = [name for name in s if name not in ("BRDF", "uBRDF")]
     order_s, order_p = (np.lexsort([rows[name] for name in reversed(keys)]) for rows in (s, p))
     if len(order_s) != len(order_p) or not all(np.array_equal(s[n][order_s], p[n][order_p]) for n in keys):

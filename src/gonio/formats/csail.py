@@ -44,7 +44,7 @@ LAYOUT = Layout("relative", {"plane": CHANNEL, **{name: Axis(name) for name in S
 class CSAIL(Unscanned):
     """BRDF of an anisotropic material, linear in theta_i, theta_o, phi and phi_i between the centres of bins; RGB.
 
-    Bins without data (negative, or NaN) are left out and the weights of the others renormalised. theta stays at the
+    Bins without data (negative, or NaN) are left out and the weights of the others renormalized. theta stays at the
     outermost centres beyond them, azimuths wrap. Where phi covers 0 to pi, the other half is its mirror image.
 
     raw    (3, theta_i, theta_o, phi, phi_i), as in the file

@@ -59,7 +59,7 @@ def read(
     kd: Annotated[bool, Declared("multiply an Oren-Nayar fit by its kd, a use that no description confirms")] = True,
     modes: Annotated[
         Sequence[tuple[int, int, int]] | None,
-        Declared("n, m, l of the columns of a Koenderink fit, whose order and normalisation were not found", -8, 8),
+        Declared("n, m, l of the columns of a Koenderink fit, whose order and normalization were not found", -8, 8),
     ] = None,
 ) -> Reflectance:
     """One sample: a table as `Scattered`, taken for isotropic, an Oren-Nayar fit as gn.OrenNayar, a Koenderink fit as

@@ -263,7 +263,7 @@ def write(
             rule = ".ddt files are transmission, .ddr files reflection in front; save each in a file of its own"
             raise ParameterError(f"{path}: {m!r:.80}: {rule}")
         m = as_lit(parts["forward"])
-    if isinstance(m, Gridded) and m.parameterisation == "specular" and resolution is None:
+    if isinstance(m, Gridded) and m.parameterization == "specular" and resolution is None:
         table = m
     else:
         table = _sampled(m, resolution)

@@ -49,13 +49,13 @@ class KAIST(Polarimetric, Unscanned):
     """Polarimetric BRDF of an isotropic material: f is M00 at each wavelength, linear in theta_h, theta_d and phi_d.
 
     f is constant beyond the outermost nodes. Nodes without data (NaN) are left out and the weights of the others
-    renormalised; Mitsuba has 0 for pairs with such a node around them.
+    renormalized; Mitsuba has 0 for pairs with such a node around them.
 
     matrices  the stored Mueller matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr], read from the file each
               time they are asked for; FormatError if it has changed, NotFoundError if it is gone. Stokes vectors are in
               the axes of the facet: x lies across the plane of wi and wo, y = k x x, on both sides alike.
     mueller   the matrix of any pair, each element interpolated as f is, in the axes of the surface. Matrices that no
-              passage of light can have are kept as they are: see `gonio.check`'s law of realisability.
+              passage of light can have are kept as they are: see `gonio.check`'s law of realizability.
 
     Sampling: see `Sampled`.
 
@@ -68,7 +68,7 @@ class KAIST(Polarimetric, Unscanned):
     """
 
     format = NAME
-    breaks: ClassVar[dict[str, str]] = Unscanned.breaks | {"realisability": KEPT}
+    breaks: ClassVar[dict[str, str]] = Unscanned.breaks | {"realizability": KEPT}
     fields_stored: dict[str, np.ndarray | Kept] = note()
     """The fields of the file, in their order."""
 

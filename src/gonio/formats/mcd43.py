@@ -94,7 +94,7 @@ Quality = Annotated[
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so is HDF4; `xarray_netcdf` recognises netCDF-4."""
+    """Whether a file that starts so is HDF4; `xarray_netcdf` recognizes netCDF-4."""
     return head.startswith(HDF4)
 
 

@@ -1,7 +1,7 @@
 """Tables of Mueller matrix BRDFs as NIST publishes them for sintered PTFE: one row per wavelength and pair.
 
 A line of column names, lambda, thetai, phi, thetar, phir, f_r11, f_r12/f_r11 ... f_r44/f_r11, then rows of these 21
-numbers, separated by commas: wavelength [um], angles [degrees], f [1/sr] of unpolarised light, the other elements of
+numbers, separated by commas: wavelength [um], angles [degrees], f [1/sr] of unpolarized light, the other elements of
 the Mueller matrix over f. A negative thetai leans to azimuth phi + 180. The specular direction is that of the azimuth
 phi + 180, as found from the data. Checked against NIST's file for PTFE and its published expansion (`zernike`).
 """
@@ -17,7 +17,7 @@ from ..arrays import frozen, ops
 from ..base.angles import direction
 from ..errors import FormatError, ParameterError
 from ..formula.state import note
-from ..polarization import realisable, to_frames
+from ..polarization import realizable, to_frames
 from ..tables.interpolation import Rows, interpolated
 from ..tables.polarimetric import KEPT, MIRRORED, Polarimetric
 from ..tables.scattered import Scattered
@@ -27,7 +27,7 @@ from ._rows.direction_pairs import LEVEL, upright
 NAME = "NIST Mueller"
 SUFFIXES = (".csv",)
 SHARED_SUFFIX = True
-DESCRIPTION = "rows of BRDF and normalised Mueller matrix (Germer 2017)"
+DESCRIPTION = "rows of BRDF and normalized Mueller matrix (Germer 2017)"
 ORACLE = "real file (NIST PTFE), against its published expansion"
 NO_LAYOUT = "written as it was read, number by number: see `COLUMNS`"
 
@@ -65,12 +65,12 @@ def write(m: MuellerRows, path: Path) -> None:
 
 
 class MuellerRows(Polarimetric, Scattered):
-    """Measured rows of f and of the normalised Mueller matrix; `f` is that of unpolarised light.
+    """Measured rows of f and of the normalized Mueller matrix; `f` is that of unpolarized light.
 
     matrices  the measured Mueller matrices (pairs, 4, 4), or (pairs, C, 4, 4) for C wavelengths, in the file's axes,
               "xyxy" of `gn.polarization.to_frames`; NaN where not measured
     mueller   the matrix of any pair, each element interpolated as f is, in the axes of the surface. Matrices that no
-              passage of light can have are kept, and counted in `about["not realisable"]`.
+              passage of light can have are kept, and counted in `about["not realizable"]`.
 
     Shapes   table: (n, 21). f: (...), or (..., C).
     Units    f, matrices: 1/sr; table: as in the file, whose angles are in degrees and wavelengths in um.
@@ -79,7 +79,7 @@ class MuellerRows(Polarimetric, Scattered):
     """
 
     format = NAME
-    breaks: ClassVar[dict[str, str]] = Scattered.breaks | {"realisability": KEPT}
+    breaks: ClassVar[dict[str, str]] = Scattered.breaks | {"realizability": KEPT}
 
     table: np.ndarray = note()
     """The file's rows."""
@@ -102,8 +102,8 @@ class MuellerRows(Polarimetric, Scattered):
             raise FormatError(f"{where}: holds no value that is a number, expected at least one measurement")
         matrices = frozen(wide["mueller"][:, 0] if single else wide["mueller"])
         measured = np.isfinite(matrices).all(axis=(-1, -2))
-        if wrong := int((measured & ~realisable(np.where(measured[..., None, None], matrices, 0.0))).sum()):
-            about["not realisable"] = wrong
+        if wrong := int((measured & ~realizable(np.where(measured[..., None, None], matrices, 0.0))).sum()):
+            about["not realizable"] = wrong
         self._hold(table=rows, matrices=matrices)
         theta_i, phi_i, theta_o, phi_o = pairs.T
         super().__init__(theta_i, phi_i, theta_o, phi_o, wide["f"], channels=names.tolist(), path=path, about=about)

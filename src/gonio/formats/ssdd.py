@@ -266,7 +266,7 @@ def _said(m: Gridded, names: Sequence[str]) -> list[tuple[str, str]]:
 
 def _block_of(m: Gridded, kind_of_data: str) -> Block:
     oriented = m.is_oriented()
-    if m.parameterisation == "relative" and oriented:
+    if m.parameterization == "relative" and oriented:
         m = _with_both_azimuths(m)
     coordinates, layout = next((c, x) for c, x in LAYOUT.items() if angle_system(x.system).axes(oriented) == (*m.axes,))
     plain = m.quantity == "brdf" and not isinstance(m, Scattered)

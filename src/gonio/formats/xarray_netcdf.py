@@ -1,6 +1,6 @@
 """netCDF-4 files in gonio's own layout (docs/data-model.md), which holds any measurement without loss.
 
-Read and written through xarray with h5netcdf. Other HDF5 files are recognised by their content: NASA's MCD43A1 is
+Read and written through xarray with h5netcdf. Other HDF5 files are recognized by their content: NASA's MCD43A1 is
 read by `mcd43`. A process of its own reads a file first (`hdf`): damaged files can stop the HDF5 library, or
 never end. It compares every array with the length of the file, and refuses links to other files. A file is made in
 memory, and then written: the HDF5 library does not survive a full disk.
@@ -20,7 +20,7 @@ from ..machine.aside import apart
 from ..tables.dataset import of_file
 from . import mcd43, neural
 from ._reading import hdf
-from ._reading.own_layout import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
+from ._reading.own_layout import AS_STORED, NEEDED, Parameterization, Resolution, encoded, steady
 
 if TYPE_CHECKING:
     import xarray
@@ -70,7 +70,7 @@ def _measurement(path: Path, time: Any, band: Any, quality: str) -> Reflectance:
 
 
 def write(
-    m: Reflectance, path: Path, parameterisation: Parameterisation = "half_difference", resolution: Resolution = None
+    m: Reflectance, path: Path, parameterization: Parameterization = "half_difference", resolution: Resolution = None
 ) -> None:
     """Write a reflectance; see `to_dataset`.
 
@@ -82,7 +82,7 @@ def write(
     0.1592
     """
     _libraries()
-    ds, encoding = encoded(m, parameterisation, resolution)
+    ds, encoding = encoded(m, parameterization, resolution)
     for name in ds.data_vars:
         encoding.setdefault(name, {}).update(zlib=True, complevel=4, shuffle=True)
     content = apart(_content, ds, encoding)

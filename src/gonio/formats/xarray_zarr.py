@@ -20,7 +20,7 @@ from ..errors import FormatError, needed
 from ..files import replacing, replacing_folder
 from ..machine.aside import apart
 from ..tables.dataset import of_file
-from ._reading.own_layout import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
+from ._reading.own_layout import AS_STORED, NEEDED, Parameterization, Resolution, encoded, steady
 from ._reading.zarr_store import CHUNK, DESCRIBING, inspected
 from ._reading.zarr_tasks import finished
 
@@ -64,14 +64,14 @@ def _dataset(zarr: Any, path: Path) -> Any:
 
 
 def write(
-    m: Reflectance, path: Path, parameterisation: Parameterisation = "half_difference", resolution: Resolution = None
+    m: Reflectance, path: Path, parameterization: Parameterization = "half_difference", resolution: Resolution = None
 ) -> None:
     """Write a reflectance as a folder, or zipped if the name ends in ".zip"; see `to_dataset`.
 
     Raises ParameterError for delta lobes and maps, DependencyError without zarr.
     """
     _library()
-    ds, encoding = encoded(m, parameterisation, resolution)
+    ds, encoding = encoded(m, parameterization, resolution)
     if path.suffix.lower() != ".zip":
         with replacing_folder(path, _foreign) as temporary:
             apart(_fill, temporary, ds, encoding)

@@ -93,7 +93,7 @@ class Zernike(Measured):
     Units    f: 1/sr; wavelengths: nm (the file's powers are of um).
     Error    of the formula: rounding, up to 1e-8 at order 24. Of the expansion, for PTFE at 532 nm beside the 1824
              measurements that it was fitted to (largest angle 81.9 degrees): 0.0030/sr or 0.93 % root mean square,
-             0.53 % median, 5.9 % largest; elements of the normalised Mueller matrix 0.006 to 0.011 root mean square.
+             0.53 % median, 5.9 % largest; elements of the normalized Mueller matrix 0.006 to 0.011 root mean square.
     Source   Germer 2017, "Full four-dimensional and reciprocal Mueller matrix bidirectional reflectance distribution
              function of sintered polytetrafluoroethylene", Appl. Opt. 56(33):9333; Koenderink & van Doorn 1998,
              J. Opt. Soc. Am. A 15(11):2903. The formulas are those of SCATMECH's source; the papers' text was not seen.
@@ -104,12 +104,12 @@ class Zernike(Measured):
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "a sum of signed modes, fitted where there were measurements",
         "energy": "coefficients are kept as published, and nothing bounds them",
-        "realisability": "each element of the matrix was fitted by itself: near grazing, beyond the measurements, 0.3 "
+        "realizability": "each element of the matrix was fitted by itself: near grazing, beyond the measurements, 0.3 "
         "% of the matrices of PTFE have an eigenvalue below 0, by up to 4 % of the largest",
     }
 
     coefficients = table("of the modes of element (1, 1), by mode and channel")
-    polarising = table("of the modes of the other elements, over f, by mode and channel")
+    polarizing = table("of the modes of the other elements, over f, by mode and channel")
     channel = channels("number of the wavelength")
 
     rows: np.ndarray = note()
@@ -143,10 +143,10 @@ class Zernike(Measured):
         rest = rows[(rows[:, 0] != 1.0) | (rows[:, 1] != 1.0)]
         self._hold(others=tuple((int(i) - 1, int(j) - 1, *map(int, orders)) for i, j, *orders in rest[:, :6]))
         norms = np.reshape([_mueller_norm(*mode) for mode in self.others], (-1, 1))
-        polarising = rest[:, 7:] * (1e-3 * nm) ** rest[:, 6:7] * norms
+        polarizing = rest[:, 7:] * (1e-3 * nm) ** rest[:, 6:7] * norms
         values = first[:, 7:] * (1e-3 * nm) ** first[:, 6:7] * [[_norm(*mode)] for mode in self.modes]
         super().__init__(
-            path, about, coefficients=values, polarising=polarising, channel=0.0 if wavelengths is None else len(nm)
+            path, about, coefficients=values, polarizing=polarizing, channel=0.0 if wavelengths is None else len(nm)
         )
 
     @property
@@ -195,7 +195,7 @@ class Zernike(Measured):
         f = self.formula(wi, wo)
         over_f: list[list[Any]] = [[0.0] * 4 for _ in range(4)]
         for t, (i, j, n, m, k, turn) in enumerate(self.others):
-            value = ops.take(self.polarising, channel + t * count)
+            value = ops.take(self.polarizing, channel + t * count)
             there, back = at_i(n, k) * at_o(m, turn), at_o(n, k) * at_i(m, turn)
             if i == j:
                 over_f[i][j] = over_f[i][j] + value * (there + back)

@@ -32,7 +32,7 @@ class Spread(NamedTuple):
 
 
 class Distribution(Parametrised):
-    """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1.
+    """Base of the distributions of facet normals, normalized to one: integral of D(wm) cos(theta_m) dwm = 1.
 
     Example
     >>> facets = gn.distributions()["GGX"](0.3)
@@ -112,7 +112,7 @@ def from_slopes(r: Any, u: Any, ax: Any = 1.0, ay: Any = 1.0) -> Direction:
 
 
 def facing(wo: Direction, radius: Any, u: Any, z: Any) -> Direction:
-    """A normal (unnormalised) at this height, this far from the z axis, that faces wo.
+    """A normal (unnormalized) at this height, this far from the z axis, that faces wo.
 
     Its azimuth psi from that of wo has the density d/(pi (d + d')), d = max(1 + e cos(psi), 0), d' that of the opposite
     normal, e = tan(theta_m) tan(theta_o). At normal incidence it is uniform.

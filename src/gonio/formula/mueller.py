@@ -1,4 +1,4 @@
-"""Mueller matrices in formulas: what reflection does to polarised light, Stokes vectors (I, Q, U, V) in and out.
+"""Mueller matrices in formulas: what reflection does to polarized light, Stokes vectors (I, Q, U, V) in and out.
 
 Axes of a Stokes vector, for light that moves along k (-wi, then wo): x = s, horizontal, along increasing azimuth, and
 y = p = k x s. Q = I_s - I_p, U + iV = 2 E_s conj(E_p), time factor exp(-i omega t). At the pole the azimuth is 0.
@@ -29,7 +29,7 @@ class Mueller(_Rows):
 
     Example
     >>> from gonio.authoring import Mueller
-    >>> print((Mueller.depolariser(0.5) * 0.5).rows[0])
+    >>> print((Mueller.depolarizer(0.5) * 0.5).rows[0])
     (0.25, 0.0, 0.0, 0.0)
     """
 
@@ -37,12 +37,12 @@ class Mueller(_Rows):
     __array_ufunc__ = None  # array * matrix is computed by the matrix
 
     @staticmethod
-    def depolariser(f: Any) -> Mueller:
-        """f diag(1, 0, 0, 0): what leaves is unpolarised.
+    def depolarizer(f: Any) -> Mueller:
+        """f diag(1, 0, 0, 0): what leaves is unpolarized.
 
         Example
         >>> from gonio.authoring import Mueller
-        >>> print(Mueller.depolariser(0.3).rows[0])
+        >>> print(Mueller.depolarizer(0.3).rows[0])
         (0.3, 0.0, 0.0, 0.0)
         """
         return Mueller(((f, 0.0, 0.0, 0.0), *[(0.0,) * 4] * 3))  # type: ignore[arg-type]  # 4 x 4, which mypy cannot count
@@ -74,7 +74,7 @@ class Mueller(_Rows):
 
         Example
         >>> from gonio.authoring import Mueller
-        >>> print(Mueller.depolariser(0.3).where(np.array(False)).rows[0][0])
+        >>> print(Mueller.depolarizer(0.3).where(np.array(False)).rows[0][0])
         0.0
         """
         return _matrix([[x if is_zero(x) else ops.where(condition, x, 0.0) for x in row] for row in self.rows])

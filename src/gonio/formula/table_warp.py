@@ -2,7 +2,7 @@
 
 A table is bilinear over the square and linear in its parameters. The warp maps a uniform point (sx, sy) to (x, y):
 first y by the marginal density of the rows, then x by the density along the row; its inverse is the pair of
-distribution functions. Interpolating normalised tables interpolates these functions, so the warp is exact between the
+distribution functions. Interpolating normalized tables interpolates these functions, so the warp is exact between the
 parameters' nodes too.
 Source: Dupuy & Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering",
 ACM TOG 37(6):274; the inversion of the piecewise linear densities is derived here.

@@ -193,7 +193,7 @@ class _Surfaces:
     def drawn(self, k: int) -> tuple[dict[str, Any], np.ndarray, np.ndarray, np.random.Generator]:
         """The tables of surface k, the places, their shift, and random numbers."""
         rng = np.random.default_rng([self.seed, k])
-        held = self.held or tables(self.surface.realisation(int(rng.integers(1 << 31))))
+        held = self.held or tables(self.surface.realization(int(rng.integers(1 << 31))))
         if self.surface.is_part:
             return held, tiles(self.points, k, self.surface.is_mirrored), np.zeros(2), rng
         return held, self.points, rng.random(2), rng

@@ -2,7 +2,7 @@
 
 Between media of different indices it is f/n_o^2 that stays the same: radiance grows as n^2 where light enters.
 
-Measured   largest |f(wi, wo) - f(wo, wi)| over the mean of both, at the same pairs; of materials that polarise also
+Measured   largest |f(wi, wo) - f(wo, wi)| over the mean of both, at the same pairs; of materials that polarize also
            all elements of M(wo, wi) - D M(wi, wo)^T D, D = diag(1, 1, -1, 1), over that mean, at 16384 of them
 Holds if   <= 1e-4
 Tolerance  formulas stay below 1e-9, interpolated tables below 1e-5
@@ -49,10 +49,10 @@ def law(m: Reflectance) -> Findings:
     )
     rule = "|f - f swapped|/mean = {value} <= {tolerance}"
     if m.polarizes:
-        # copies: `realisability` asks for arrays without gaps too, and the kernel of a matrix takes long to compile
+        # copies: `realizability` asks for arrays without gaps too, and the kernel of a matrix takes long to compile
         some_wi, some_wo = (np.ascontiguousarray(w[::EVERY]) for w in (wi, wo))
-        polarised, where = _of_matrices(m, some_wi, some_wo, 0.5 * (there + back)[::EVERY])
-        if polarised > max(value, TOLERANCE):
-            value, at = polarised, where * EVERY
-            why = "M(wo, wi) is not D M(wi, wo)^T D: polarised light does not take the same way back"
+        polarized, where = _of_matrices(m, some_wi, some_wo, 0.5 * (there + back)[::EVERY])
+        if polarized > max(value, TOLERANCE):
+            value, at = polarized, where * EVERY
+            why = "M(wo, wi) is not D M(wi, wo)^T D: polarized light does not take the same way back"
     yield at_most("reciprocity", value, TOLERANCE, rule, degrees(wi[at], wo[at]), why)

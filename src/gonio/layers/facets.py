@@ -19,7 +19,7 @@ NEVER = 1e9
 
 
 def fresnel(cos: Any, eta: complex) -> Any:
-    """Unpolarised reflectance of a facet, 1 where it is total; `eta`: index behind over index in front."""
+    """Unpolarized reflectance of a facet, 1 where it is total; `eta`: index behind over index in front."""
     c2 = 1.0 - (1.0 - cos * cos) / (eta * eta)
     total = c2.real <= 0.0
     t = np.sqrt(np.where(total, 1.0, c2))

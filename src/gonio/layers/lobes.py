@@ -56,7 +56,7 @@ class _Passing(_Lobe):
         return found, passed
 
     def polarized_mirrored_and_passed(self, wo: Direction) -> tuple[Mueller, Mueller]:
-        """The same for polarised light, in matrices whose first elements differ: bounces are of s and of p apart."""
+        """The same for polarized light, in matrices whose first elements differ: bounces are of s and of p apart."""
         passage, mirror = self.passage(wo), None
         if self.base is not None and len(passage) == len(self.layers) + 1:
             mirror = polarized.mirror_of(self.base.lobes(), passage[-1][1])
@@ -174,7 +174,7 @@ class _ScatteredOnce(_Passing):
         return total
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        into, out, total = self.arriving(wi), self.crossed(wo), Mueller.depolariser(0.0 * wi.z)
+        into, out, total = self.arriving(wi), self.crossed(wo), Mueller.depolarizer(0.0 * wi.z)
         for number, f in self.scattered(wi, wo).items():
             total = total + polarized.scattered(into[number], out[number], f)
         return total

@@ -1,8 +1,8 @@
-"""Stacks and polarised light: what smooth interfaces do to s and p, on the way in, on the way out and in between.
+"""Stacks and polarized light: what smooth interfaces do to s and p, on the way in, on the way out and in between.
 
 Refraction turns no axes: in those of the surface, the passage of an interface is a diattenuator, and passages one after
-the other multiply. Light that particles scatter, or that is between the layers for long, is unpolarised before its way
-out. Every matrix is as bright as f, whose light counts as unpolarised at each interface.
+the other multiply. Light that particles scatter, or that is between the layers for long, is unpolarized before its way
+out. Every matrix is as bright as f, whose light counts as unpolarized at each interface.
 """
 
 from __future__ import annotations
@@ -50,23 +50,23 @@ def between(before: Mueller, M: Mueller, after: Mueller, f: Any) -> Mueller:
 
 
 def scattered(before: Mueller, after: Mueller, f: Any) -> Mueller:
-    """Light that is scattered, and unpolarised by it, between two passages."""
-    M: Mueller = after @ Mueller.depolariser(1.0) @ before * f
+    """Light that is scattered, and unpolarized by it, between two passages."""
+    M: Mueller = after @ Mueller.depolarizer(1.0) @ before * f
     return M
 
 
 def together(closed: Iterable[Mueller], rest: Mueller) -> Mueller:
     """The sum of closed forms and of the rest, a series: where it rings below 0 the closed forms, as bright as the sum.
 
-    So no light leaves more polarised than can be.
+    So no light leaves more polarized than can be.
     """
-    total = Mueller.depolariser(0.0 * rest.rows[0][0])
+    total = Mueller.depolarizer(0.0 * rest.rows[0][0])
     for M in closed:
         total = total + M
     bright, more = total.rows[0][0], rest.rows[0][0]
     f = bright + more
     below = more < 0.0
-    alone = Mueller.depolariser(ops.where(below & (bright == 0.0), f, 0.0))
+    alone = Mueller.depolarizer(ops.where(below & (bright == 0.0), f, 0.0))
     return scaled_to(total, f).where(below) + (total + rest).where(~below) + alone
 
 
@@ -78,7 +78,7 @@ def mirrored_and_passed(
 
     Interfaces and mirrors add what every bounce between them leaves, J + T M (1 - J M)^-1 T, of s and p apart.
     """
-    found = Mueller.depolariser(0.0) if mirror is None else mirror
+    found = Mueller.depolarizer(0.0) if mirror is None else mirror
     passed = UNCHANGED * (1.0 + 0.0 * passage[0][1].z)
     steps = list(zip(layers, passage, passage[1:], strict=False))
     for layer, (_, above, _), (_, below, _) in reversed(steps):

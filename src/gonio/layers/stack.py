@@ -39,9 +39,9 @@ class Stack(_Layered):
     goes through them is transmitted: f/n_o^2 is reciprocal, n_o the index where light leaves; `index` is the product of
     the interfaces'. `tolerance`: what nodes, orders and terms are chosen by.
 
-    `f` counts light as unpolarised at each interface. `mueller` is as bright, and has what smooth interfaces do to s
+    `f` counts light as unpolarized at each interface. `mueller` is as bright, and has what smooth interfaces do to s
     and p: to light on its way to a rough interface, to the base or to the particle that scatters it once, and back;
-    delta lobes with all their bounces. Other light is unpolarised before it leaves through the interfaces on top.
+    delta lobes with all their bounces. Other light is unpolarized before it leaves through the interfaces on top.
 
     Looks    `Stack([Interface(1.5), Medium(2, [0.99, 0.6, 0.3])], Microfacet(GGX(0.3)))` is red lacquer on metal.
     Shapes   parameters: numbers or (C,).
@@ -230,7 +230,7 @@ class Stack(_Layered):
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         if self.sides == "both":
             raise self._lacks("polarized")
-        closed, rest = [], Mueller.depolariser(0.0 * wi.z)
+        closed, rest = [], Mueller.depolarizer(0.0 * wi.z)
         for weight, lobe in self.lobes():
             if isinstance(lobe, _Table):
                 rest = rest + lobe.polarized(wi, wo) * weight
@@ -240,7 +240,7 @@ class Stack(_Layered):
 
     @property
     def polarizes(self) -> bool:
-        """Whether there is an interface, or a base that polarises; over nothing light goes straight through, as it was.
+        """Whether there is an interface, or a base that polarizes; over nothing light goes straight through, as it was.
 
         Example
         >>> print(gn.Stack([gn.Medium(1.0)], gn.Lambertian(0.5)).polarizes, gn.Stack([gn.Medium(1.0)]).polarizes)

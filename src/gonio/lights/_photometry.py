@@ -78,7 +78,7 @@ class Photometry:
 
 
 def read(path: str) -> Photometry:
-    """The intensities of an IES or EULUMDAT file, recognised by what it begins with.
+    """The intensities of an IES or EULUMDAT file, recognized by what it begins with.
 
     Raises NotFoundError for a missing file, FormatError for one that contradicts itself.
     """

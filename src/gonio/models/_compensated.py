@@ -28,7 +28,7 @@ class CompensatedMirrors(Reflectance):
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         (_, first), (_, other) = self.lobes()
-        return first.polarized(wi, wo) + Mueller.depolariser(other.formula(wi, wo))
+        return first.polarized(wi, wo) + Mueller.depolarizer(other.formula(wi, wo))
 
     @property
     def polarizes(self) -> bool:

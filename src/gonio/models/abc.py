@@ -53,7 +53,7 @@ class ABC(Reflectance):
         return ops.exp(-self.C * ops.log(1.0 + self.B * d2))
 
     # Sampling draws s = |D| from s (1 + B s^2)^(-C) on [0, 1 + r_o], which has an inverse, and D's angle uniformly
-    # on the arc of that radius that stays inside the unit disc: no sample is lost. E is the normalisation.
+    # on the arc of that radius that stays inside the unit disc: no sample is lost. E is the normalization.
 
     def _whole(self, r: Any) -> tuple[Any, Any]:
         end = ops.log(1.0 + self.B * (1.0 + r) * (1.0 + r))

@@ -242,7 +242,7 @@ def refracted(w: Direction, eta: Any) -> Direction:
 
 
 def passage(w: Direction, eta: Any) -> Mueller:
-    """What the flat surface of a coat does to polarised light on its way in or out, over its transmittance."""
+    """What the flat surface of a coat does to polarized light on its way in or out, over its transmittance."""
     ct = refracted(w, eta).z
     return diattenuator(eta * w.z + ct, w.z + eta * ct)  # t_s ~ 1/(c + eta c_t), t_p ~ 1/(eta c + c_t)
 

@@ -28,7 +28,7 @@ class CookTorrance(Facets):
     Shapes   m and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; m: 1, sqrt(2) times the RMS slope.
     Error    rounding.
-    Source   Cook & Torrance 1982, ACM TOG 1(1):7, with the mean F of both polarisations; D is Beckmann's.
+    Source   Cook & Torrance 1982, ACM TOG 1(1):7, with the mean F of both polarizations; D is Beckmann's.
 
     Example
     >>> copper = gn.CookTorrance(0.4, gn.material("copper").fresnel)
@@ -52,7 +52,7 @@ class CookTorrance(Facets):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)
-        D = math.pi * self.facets.D(wm)  # as printed, without the 1/pi of a normalised distribution
+        D = math.pi * self.facets.D(wm)  # as printed, without the 1/pi of a normalized distribution
         return self.fresnel.F(cos_d) * D * self.G(wi, wo, wm) / (math.pi * wi.z * wo.z)
 
     def without_fresnel(self, wi: Direction, wo: Direction, wm: Direction) -> Any:

@@ -38,7 +38,7 @@ class DisneyDiffuse(Reflectance):
     roughness = param(0.5, 0.0, 1.0, "the paper's roughness: the square root of alpha")
 
     breaks: ClassVar[dict[str, str]] = {
-        "energy": "nothing normalises it: for rho = roughness = 1 the albedo is 1.04 at normal incidence and reaches "
+        "energy": "nothing normalizes it: for rho = roughness = 1 the albedo is 1.04 at normal incidence and reaches "
         "1.55 at grazing",
     }
 

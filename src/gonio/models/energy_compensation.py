@@ -113,9 +113,9 @@ class Turquin(Facets):
         return super().formula(wi, wo) * (1.0 + self.fresnel.F(1.0 + 0.0 * self.alpha) * loss / (1.0 - loss))
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        # What is made brighter, light reflected more than once, is unpolarised.
+        # What is made brighter, light reflected more than once, is unpolarized.
         M = super().polarized(wi, wo)
-        return M + Mueller.depolariser(self.formula(wi, wo) - super().formula(wi, wo)) if self.polarizes else M
+        return M + Mueller.depolarizer(self.formula(wi, wo) - super().formula(wi, wo)) if self.polarizes else M
 
 
 class FdezAguera(CompensatedMirrors):

@@ -1,4 +1,4 @@
-"""The generalised Harvey-Shack theory: scatter by surfaces from smooth to rough, at all angles."""
+"""The generalized Harvey-Shack theory: scatter by surfaces from smooth to rough, at all angles."""
 
 from __future__ import annotations
 

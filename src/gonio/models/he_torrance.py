@@ -64,7 +64,7 @@ class HeTorrance(_Gaussian):
              for tau >= 2 lambda, 1.2 times for tau = 0.3 lambda. For g -> infinity the lobe is that of facets,
              `Microfacet(Beckmann(2 sigma_0/tau), F)`, with this S.
     Source   He, Torrance, Sillion & Greenberg 1991, "A comprehensive physical model for light reflection", for
-             unpolarised light; v in D in units of 2 pi/lambda and with exp(-a^2) in Lambda, which its summary omits.
+             unpolarized light; v in D in units of 2 pi/lambda and with exp(-a^2) in Lambda, which its summary omits.
 
     Example
     >>> metal = gn.HeTorrance(sigma_0=280.0, tau=1770.0, wavelength=550.0)

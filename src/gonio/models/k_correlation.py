@@ -29,11 +29,11 @@ class KCorrelation(SmoothScatter):
     Shapes   sigma, B, C, shortest and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; sigma, B, shortest, wavelength: nm; C: 1. `m.at(wavelengths)` binds the wavelengths.
     Error    rounding: 1e-5 relative in float32. The theory's own: of first order in (4 pi sigma/lambda)^2, which
-             should be below 0.05. Q is exact at the mirror direction for any polarisation, and in the plane of
-             incidence for light polarised across it; elsewhere it is an approximation whose error was not measured.
+             should be below 0.05. Q is exact at the mirror direction for any polarization, and in the plane of
+             incidence for light polarized across it; elsewhere it is an approximation whose error was not measured.
     Source   Stover 1995, Optical Scattering: Measurement and Analysis, SPIE Press (Rayleigh-Rice and Q); the spectrum:
              Dittman 2006, "K-correlation power spectral density and surface scatter model", Proc. SPIE 6291. The
-             normalisation is derived here: A = sigma^2 B^2 (C - 2)/(2 pi) for C > 2 and shortest -> 0.
+             normalization is derived here: A = sigma^2 B^2 (C - 2)/(2 pi) for C > 2 and shortest -> 0.
 
     Example
     >>> mirror = gn.KCorrelation(sigma=2.0, B=1e4, C=1.5, fresnel=1.0)

@@ -1,4 +1,4 @@
-"""Lafortune's generalised cosine lobe: as written in 1997, and scaled so that it conserves energy."""
+"""Lafortune's generalized cosine lobe: as written in 1997, and scaled so that it conserves energy."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class _CosineLobe(Reflectance):
 
 
 class Lafortune(_CosineLobe):
-    """Generalised cosine lobe: f = rho_s max(C_x x_i x_o + C_y y_i y_o + C_z z_i z_o, 0)^n.
+    """Generalized cosine lobe: f = rho_s max(C_x x_i x_o + C_y y_i y_o + C_z z_i z_o, 0)^n.
 
     C_x = C_y = -1, C_z = 1 is a lobe about the mirror direction, a smaller C_z an off-specular one, positive C_x and
     C_y one towards the light. C_x = C_y is isotropic. Fits add several lobes, and a `Lambertian`. With
@@ -70,7 +70,7 @@ class Lafortune(_CosineLobe):
     n = param(20.0, 0.0, 500.0, "exponent: the larger, the narrower", sampled="min")
 
     breaks: ClassVar[dict[str, str]] = {
-        "energy": "nothing normalises rho_s (...)^n: with the mirror's coefficients its albedo at normal incidence is "
+        "energy": "nothing normalizes rho_s (...)^n: with the mirror's coefficients its albedo at normal incidence is "
         "2 pi rho_s/(n + 2), which exceeds 1 for n < 2 pi rho_s - 2; NormalizedLafortune carries the factor",
     }
 
@@ -82,7 +82,7 @@ class Lafortune(_CosineLobe):
 
 
 class NormalizedLafortune(_CosineLobe):
-    """Generalised cosine lobe, scaled: f = rho_s (n + 2)/(2 pi) max((C_x x_i x_o + C_y y_i y_o + C_z z_i z_o)/C, 0)^n.
+    """Generalized cosine lobe, scaled: f = rho_s (n + 2)/(2 pi) max((C_x x_i x_o + C_y y_i y_o + C_z z_i z_o)/C, 0)^n.
 
     C is the largest of |C_x|, |C_y|, C_z: the factor that Lafortune and Willems give the mirror lobe, which no choice
     of coefficients makes reflect more than rho_s. With C_x = C_y = -C_z this is `ModifiedPhong(rho_s, n)`.

@@ -1,4 +1,4 @@
-"""Maignan's polarised reflectance of land: mirror leaves and soil, by one number fitted to satellite measurements."""
+"""Maignan's polarized reflectance of land: mirror leaves and soil, by one number fitted to satellite measurements."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ class Maignan(Reflectance):
     """Light mirrored by land: f = C exp(-tan(alpha)) exp(-NDVI) F(alpha) / (4 pi (cos(theta_i) + cos(theta_o))).
 
     alpha is the angle of incidence on facets that mirror wi into wo, half of that between wi and wo, and F Fresnel's
-    reflectance; the Mueller matrix has that of the facets in place of F. The published model is the polarised part
-    alone, R_p = pi |(Q, U)| under unpolarised light, to which C is fitted; what leaves unpolarised is another model's:
+    reflectance; the Mueller matrix has that of the facets in place of F. The published model is the polarized part
+    alone, R_p = pi |(Q, U)| under unpolarized light, to which C is fitted; what leaves unpolarized is another model's:
     `RPV(...) + Maignan(...)`. A fit is one of C, as theirs; f depends on C exp(-ndvi) alone.
 
     Looks    `Maignan(10, 0, 2)` is dark gray, the brightest land; `Maignan()` is nearly black: it sends back 3 % of the
-             light. What goes on away from the sun is polarised, what comes back is not.
+             light. What goes on away from the sun is polarized, what comes back is not.
     Shapes   C, ndvi, eta: numbers or (..., C).
     Units    f: 1/sr; all others: 1.
     Error    rounding.
     Source   Maignan, Bréon, Fédèle & Bouvier 2009, "Polarized reflectances of natural surfaces: spaceborne measurements
              and analytical modeling", Remote Sensing of Environment 113(12):2642. The paper's text was not seen: the
              formula as an independent description has it. R_p = pi f: mirrors of all orientations, without the
-             exponentials, give F/(4 pi (cos(theta_i) + cos(theta_o))); tests/models/test_polarised_models.py.
+             exponentials, give F/(4 pi (cos(theta_i) + cos(theta_o))); tests/models/test_polarized_models.py.
 
     Example
     >>> meadow = gn.Maignan(C=6.0, ndvi=0.7)
@@ -39,7 +39,7 @@ class Maignan(Reflectance):
     """
 
     C = param(5.0, 0.0, 10.0, "factor, of the kind of land")
-    ndvi = param(0.5, -1.0, 1.0, "normalised difference vegetation index", fitted=False)
+    ndvi = param(0.5, -1.0, 1.0, "normalized difference vegetation index", fitted=False)
     eta = param(1.5, 1.0, 2.0, "refractive index of leaves and grains", fitted=False)
 
     def _without_fresnel(self, wi: Direction, wo: Direction) -> Any:

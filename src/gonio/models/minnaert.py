@@ -14,7 +14,7 @@ from ._power_cosine import PowerCosine
 class Minnaert(PowerCosine):
     """Limb darkening by a power law: f = B0/pi (cos(theta_i) cos(theta_o))^(k - 1).
 
-    B0 is planetary science's normalisation: pi f at normal incidence, seen along the normal. The albedo is
+    B0 is planetary science's normalization: pi f at normal incidence, seen along the normal. The albedo is
     2 B0/(k + 1) cos(theta)^(k - 1); k = 1 is Lambertian, the Moon at full phase has k near 1/2.
 
     Looks    `Minnaert(0.5, 2)` has a dark rim; `Minnaert(0.5, 0.5)` is, seen with the light, flat as the

@@ -142,7 +142,7 @@ class NormalMapped(_Tilted):
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         direct, mirrored = self._paths(self.of)
-        return direct.polarized(wi, wo) + Mueller.depolariser(mirrored.formula(wi, wo))
+        return direct.polarized(wi, wo) + Mueller.depolarizer(mirrored.formula(wi, wo))
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         for weight, lobe in self.of.lobes():

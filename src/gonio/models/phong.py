@@ -49,7 +49,7 @@ class Phong(_MirrorLobe):
     n = param(4.0, 0.0, 1e4, "exponent: the larger, the narrower", sampled="min")
 
     breaks: ClassVar[dict[str, str]] = {
-        "energy": "nothing normalises rho_s (s.wo)^n: its albedo at normal incidence is 2 pi rho_s/(n + 2), "
+        "energy": "nothing normalizes rho_s (s.wo)^n: its albedo at normal incidence is 2 pi rho_s/(n + 2), "
         "which exceeds 1 for n < 2 pi rho_s - 2; ModifiedPhong carries the factor (n + 2)/(2 pi)",
     }
 
@@ -99,7 +99,7 @@ class OriginalPhong(_MirrorLobe):
 
 
 class ModifiedPhong(_MirrorLobe):
-    """Phong's lobe normalised: f = rho_s (n + 2)/(2 pi) max(s . wo, 0)^n; rho_s is the albedo at normal incidence.
+    """Phong's lobe normalized: f = rho_s (n + 2)/(2 pi) max(s . wo, 0)^n; rho_s is the albedo at normal incidence.
 
     Looks    `ModifiedPhong(0.5, 10)` is a broad shine, `ModifiedPhong(0.5, 1000)` a small, bright spot.
     Shapes   rho_s, n: numbers or (..., C).
@@ -129,7 +129,7 @@ class ModifiedPhong(_MirrorLobe):
 
 
 class BlinnPhong(Reflectance):
-    """Blinn's lobe about the half vector, normalised: f = rho_s (n + 2)(n + 4)/(8 pi (2^(-n/2) + n)) (wm . z)^n.
+    """Blinn's lobe about the half vector, normalized: f = rho_s (n + 2)(n + 4)/(8 pi (2^(-n/2) + n)) (wm . z)^n.
 
     rho_s is the albedo at normal incidence.
 

@@ -16,7 +16,7 @@ from ._facets import Facets
 
 
 class PriestGermer(Facets):
-    """Facets with Gaussian slopes, polarised: M = exp(-tan^2(theta_m)/(2 sigma^2)) J / (8 pi sigma^2 c_m^4 c_i c_o).
+    """Facets with Gaussian slopes, polarized: M = exp(-tan^2(theta_m)/(2 sigma^2)) J / (8 pi sigma^2 c_m^4 c_i c_o).
 
     c_m, c_i, c_o are the cosines of theta_m, theta_i, theta_o, and J is the Mueller matrix of a facet of index
     eta + ik, turned from the axes of the facet to those of the surface; f is the first element, with F in place of J.

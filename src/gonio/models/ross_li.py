@@ -38,7 +38,7 @@ def ross_thin(wi: Direction, wo: Direction) -> Any:
 def ross_thick_hotspot(wi: Direction, wo: Direction) -> Any:
     """K = 4/(3 pi) (K_ross_thick + pi/4) (1 + 1/(1 + xi/xi_0)) - 1/3, xi_0 = 1.5 degrees: with leaves' shadows.
 
-    Normalised as in the paper: f_vol is 3 pi/4 = 2.36 times that of `ross_thick`. Source: Maignan et al. 2004.
+    Normalized as in the paper: f_vol is 3 pi/4 = 2.36 times that of `ross_thick`. Source: Maignan et al. 2004.
     """
     xi = phase_angle(wi, wo)
     hot_spot = 1.0 + 1.0 / (1.0 + xi * (1.0 / HOT_SPOT_WIDTH))

@@ -41,7 +41,7 @@ class RPV(PowerCosine):
     rho_c = param("rho_0", 0.0, 1.0, "hot spot: its height is 1 - rho_c")
 
     breaks: ClassVar[dict[str, str]] = {
-        "energy": "nothing normalises it: for k < 1 the albedo grows as cos(theta_i)^(k - 1), and reaches 5.9 at 85 "
+        "energy": "nothing normalizes it: for k < 1 the albedo grows as cos(theta_i)^(k - 1), and reaches 5.9 at 85 "
         "degrees for rho_0 = rho_c = 1, k = 0.5, Theta = 0",
     }
 

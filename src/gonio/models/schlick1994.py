@@ -36,7 +36,7 @@ class Schlick1994(_Single):
              `Schlick1994(0.5, 1)` matt; `p=0.1` brushes it.
     Shapes   C, r, p: numbers or (..., C).
     Units    f: 1/sr; the rest: 1. Z/pi is GGX with alpha = sqrt(r).
-    Error    rounding. A is not normalised: its mean over all azimuths is 1 for p = 1, 0.74 for p = 0.1.
+    Error    rounding. A is not normalized: its mean over all azimuths is 1 for p = 1, 0.74 for p = 0.1.
     Source   Schlick 1994, "An inexpensive BRDF model for physically-based rendering", single material. Sampling, as a
              sum of the two terms of B, derived here.
 

@@ -79,7 +79,7 @@ class AshikhminVelvet(Reflectance):
     Shapes   rho, alpha: numbers or (..., C).
     Units    f: 1/sr; rho, alpha: 1.
     Error    rounding.
-    Source   Ashikhmin, Premože & Shirley 2000, "A microfacet-based BRDF generator" (the inverted Gaussian); normalised
+    Source   Ashikhmin, Premože & Shirley 2000, "A microfacet-based BRDF generator" (the inverted Gaussian); normalized
              and with this denominator: Neubelt & Pettineo 2013, "Crafting a next-gen material pipeline for The Order:
              1886".
 

@@ -22,7 +22,7 @@ class ThinDielectric(Reflectance):
     R = F + (1 - F)^2 F a^2/(1 - F^2 a^2),  T = (1 - F)^2 a/(1 - F^2 a^2),  a = exp(-depth/cos_t)
 
     F is the reflectance of one face, a what passes the pane once, at the angle theta_t inside; light that bounces
-    between the faces is followed to the end. Light that one face polarises meets the other polarised: the series are
+    between the faces is followed to the end. Light that one face polarizes meets the other polarized: the series are
     those of s and of p, each with its own F, and R and T their means. `delta_mueller` has both, and the series of
     U + iV, with r_s r_p in place of F. It looks the same from both sides.
 
@@ -30,7 +30,7 @@ class ThinDielectric(Reflectance):
     Shapes   eta, depth: numbers or (..., C).
     Units    1; depth: the absorption coefficient times the thickness.
     Error    rounding. Mitsuba's `thindielectric`, and a `Stack` of two interfaces, take the series of the mean F, as if
-             each bounce met unpolarised light. So R is up to 0.022 (8 %) too high for eta = 1.5, at 74 degrees, and
+             each bounce met unpolarized light. So R is up to 0.022 (8 %) too high for eta = 1.5, at 74 degrees, and
              0.077 for 2.4.
     Source   Born & Wolf, Principles of Optics, 7th ed., section 1.5.2 for F; the geometric series is summed here, as in
              Stokes 1862, Proc. R. Soc. 11:545 ("pile of plates").

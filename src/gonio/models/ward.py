@@ -1,4 +1,4 @@
-"""Ward's elliptical Gaussian of the half vector: as published, and with its two improved normalisations."""
+"""Ward's elliptical Gaussian of the half vector: as published, and with its two improved normalizations."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Ward(_Gaussian):
 
 
 class WardDuer(_Gaussian):
-    """Ward's model as Dür normalises it: f = rho_s gaussian(h) / (cos(theta_i) cos(theta_o)), gaussian as in `Ward`.
+    """Ward's model as Dür normalizes it: f = rho_s gaussian(h) / (cos(theta_i) cos(theta_o)), gaussian as in `Ward`.
 
     Looks    `WardDuer(0.5, 0.3)` is a satin metal, too bright at the very rim; `WardDuer(0.5, 0.05)` is a
              polished one, `WardDuer(0.5, 0.05, 0.3)` brushed.

@@ -1,6 +1,6 @@
 """Pictures of linear light: the `Image` class, read and saved in the formats of `files/`.
 
-Files are recognised by their first bytes, never by their suffix. Values that a format cannot hold are refused or
+Files are recognized by their first bytes, never by their suffix. Values that a format cannot hold are refused or
 announced; .png alone is for looking at.
 """
 
@@ -183,7 +183,7 @@ def over_black(pixels: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:
 def read_image(
     path: str | os.PathLike[str], most: int = PIXELS, *, layer: str | None = None, linear: bool | None = None
 ) -> Image:
-    """Read an OpenEXR, Radiance, PNG or JPEG picture, recognised by its first bytes.
+    """Read an OpenEXR, Radiance, PNG or JPEG picture, recognized by its first bytes.
 
     OpenEXR    half, float or uint as float32 (uint above 2^24 rounds), of a layer: R, G, B (r, g, b; red, green, blue)
                whatever their order; other channels by their names, those with numbers by these. A becomes `alpha`, and

@@ -11,11 +11,11 @@ from .axes import frames as frames
 from .axes import rotator as rotator
 from .axes import to_frames as to_frames
 from .filters import analyser as analyser
-from .filters import polariser as polariser
+from .filters import polarizer as polarizer
 from .filters import retarder as retarder
 from .states import angle as angle
 from .states import coherency as coherency
 from .states import dop as dop
-from .states import realisable as realisable
+from .states import realizable as realizable
 
 __all__ = [n for n, value in list(globals().items()) if n[0] != "_" and not isinstance(value, _ModuleType)]

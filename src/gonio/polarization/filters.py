@@ -1,4 +1,4 @@
-"""Ideal polarising filters as Mueller matrices, in the axes of the light that they stand in."""
+"""Ideal polarizing filters as Mueller matrices, in the axes of the light that they stand in."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from .axes import plain_angle, rotator
 
 
 @checked
-def polariser(psi: Any) -> np.ndarray:
-    """The Mueller matrix of an ideal linear polariser whose axis is psi from x towards y.
+def polarizer(psi: Any) -> np.ndarray:
+    """The Mueller matrix of an ideal linear polarizer whose axis is psi from x towards y.
 
     Shapes   psi: (...); result (..., 4, 4).
     Units    psi: rad.
     Error    rounding.
 
     Example
-    >>> crossed = gn.polarization.polariser(0.0) @ gn.polarization.polariser(np.pi / 2)
+    >>> crossed = gn.polarization.polarizer(0.0) @ gn.polarization.polarizer(np.pi / 2)
     >>> print(np.abs(crossed).max().round(9))
     0.0
     """
@@ -31,7 +31,7 @@ def polariser(psi: Any) -> np.ndarray:
 
 @checked
 def analyser(psi: Any) -> np.ndarray:
-    """The row (1, cos 2 psi, sin 2 psi, 0)/2: analyser(psi) @ S is the radiance behind a polariser of that axis.
+    """The row (1, cos 2 psi, sin 2 psi, 0)/2: analyser(psi) @ S is the radiance behind a polarizer of that axis.
 
     Shapes   psi: (...); result (..., 4).
     Units    psi: rad.

@@ -60,12 +60,12 @@ def coherency(M: Numbers) -> np.ndarray:
     """The four eigenvalues of Cloude's coherency matrix of a Mueller matrix, the smallest first; their sum is M00.
 
     Each belongs to a Jones matrix, and M is the sum of what these do to light: so none can be below 0. One alone
-    differs from 0 where M does not depolarise; a depolariser has four equal ones.
+    differs from 0 where M does not depolarize; a depolarizer has four equal ones.
 
     Shapes   M: (..., 4, 4); result (..., 4).
     Units    those of M.
     Error    rounding.
-    Source   Cloude 1986, Optik 75(1):26, "Group theory and polarisation algebra". The matrix as derived here.
+    Source   Cloude 1986, Optik 75(1):26, "Group theory and polarization algebra". The matrix as derived here.
 
     Example
     >>> print(gn.polarization.coherency(np.diag([1.0, 0.0, 0.0, 0.0])))
@@ -79,19 +79,19 @@ def coherency(M: Numbers) -> np.ndarray:
 
 
 @checked
-def realisable(M: Numbers, tolerance: float = TOLERANCE) -> Any:
+def realizable(M: Numbers, tolerance: float = TOLERANCE) -> Any:
     """Whether a Mueller matrix can be that of a passage or reflection: no eigenvalue of `coherency` is below 0.
 
-    "Below 0": by more than `tolerance` times the largest eigenvalue. NaN is not realisable, a matrix of zeros is.
+    "Below 0": by more than `tolerance` times the largest eigenvalue. NaN is not realizable, a matrix of zeros is.
 
     Shapes   M: (..., 4, 4); result (...).
     Error    rounding.
     Source   Cloude 1986, Optik 75(1):26.
 
     Example
-    >>> print(gn.polarization.realisable(np.diag([1.0, 1.0, -1.0, -1.0])))  # a mirror
+    >>> print(gn.polarization.realizable(np.diag([1.0, 1.0, -1.0, -1.0])))  # a mirror
     True
-    >>> print(gn.polarization.realisable(np.diag([1.0, 1.0, 1.0, -1.0])))  # turns circular light over, and only that
+    >>> print(gn.polarization.realizable(np.diag([1.0, 1.0, 1.0, -1.0])))  # turns circular light over, and only that
     False
     """
     values = coherency(M)

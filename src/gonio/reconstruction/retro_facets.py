@@ -233,17 +233,17 @@ def _iterated(factor: np.ndarray, theta: np.ndarray, masking: str) -> tuple[np.n
     solid, z = (np.sin(nodes) * width)[:, None], np.cos(theta)[:, None]
     harmonics = np.stack([*area_harmonics(nodes, theta, factor.shape[1])])
 
-    def normalised(D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def normalized(D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         at_nodes = rows_between(D, nodes, CELLS) * solid
         total = 2.0 * math.pi * float(np.cos(nodes) @ at_nodes.mean(axis=1))
         area = np.maximum(projected_areas(at_nodes / total, harmonics), z)  # G1 <= 1, also of facets that lean
         return D / total, area if masking == "view" else 2.0 * area - z
 
-    D, shown = normalised(np.ones(factor.shape))
+    D, shown = normalized(np.ones(factor.shape))
     step, change = 0, math.inf
     while step < STEPS and change > CHANGE * D.max():
         before, step = D, step + 1
-        D, shown = normalised(factor * shown)
+        D, shown = normalized(factor * shown)
         change = float(np.abs(D - before).max())
     return D, shown, step
 

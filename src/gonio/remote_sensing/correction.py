@@ -57,8 +57,8 @@ def nbar(m: Reflectance, theta_s: Any) -> Any:
 def c_factor(m: Reflectance, theta_s: Any, theta_v: Any, phi: Any, to_theta_s: Any = None) -> Any:
     """The factor from a measured reflectance to one seen from nadir: BRF(to_theta_s, 0, 0)/BRF(theta_s, theta_v, phi).
 
-    normalised = c_factor(...) * measured, with `m` for the shape of the surface's BRDF alone: a factor on it cancels.
-    `to_theta_s`: the sun of the normalised reflectance; the measurement's own if it is not given. Where the model gives
+    normalized = c_factor(...) * measured, with `m` for the shape of the surface's BRDF alone: a factor on it cancels.
+    `to_theta_s`: the sun of the normalized reflectance; the measurement's own if it is not given. Where the model gives
     no positive reflectance factor the result is NaN, and a MissingDataWarning says so.
 
     Shapes   angles: numbers or arrays that broadcast; result (...[, C]).

@@ -20,4 +20,4 @@ from .negatives import remove_negatives as remove_negatives
 from .resampling import resample as resample
 from .scans import merge_scans as merge_scans
 from .signature import subtract_signature as subtract_signature
-from .symmetry import symmetrise as symmetrise
+from .symmetry import symmetrize as symmetrize

@@ -178,7 +178,7 @@ def _with_nodes(m: Gridded) -> Gridded:
 def _fitted_lobe(cells: Cells, use: np.ndarray) -> tuple[Callable, dict[str, float]]:
     """kd/pi + ks D F G/(4 cos cos) fitted to the cells to use: a function (wi, wo) -> (..., C), and figures.
 
-    Each channel has its own kd, ks >= 0; alpha and f0 are common. The fit minimises differences relative to |f|, or to
+    Each channel has its own kd, ks >= 0; alpha and f0 are common. The fit minimizes differences relative to |f|, or to
     a tenth of a channel's mean |f| where that is larger.
     """
     from scipy.optimize import least_squares, nnls

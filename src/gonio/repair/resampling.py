@@ -1,4 +1,4 @@
-"""Resampling to another grid or parameterisation, with an estimate of its error."""
+"""Resampling to another grid or parameterization, with an estimate of its error."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ._cells import Cells, changes_of_all, evaluated, relative, reported, spread
 @checked
 def resample(
     m: Reflectance,
-    parameterisation: str = "half_difference",
+    parameterization: str = "half_difference",
     axes: Mapping[str, Any] | None = None,
     resolution: Sequence[int] | None = None,
     periods: Mapping[str, float] | None = None,
@@ -52,16 +52,16 @@ def resample(
 
     Example
     >>> m = gn.repair.resample(gn.Lambertian(0.5), resolution=(9, 9, 18))
-    >>> print(m.parameterisation, m.brdf().shape)
+    >>> print(m.parameterization, m.brdf().shape)
     half_difference (9, 9, 18)
     """
-    shape, system = tabular_shape(m), angle_system(parameterisation)
+    shape, system = tabular_shape(m), angle_system(parameterization)
     if axes is None:
         isotropic = not m.is_oriented() if isinstance(m, Gridded) else m.is_isotropic()
         nodes = nodes_of(system, not isotropic, resolution, system.fine)
     elif resolution is None:
         nodes = {name: real(f"axes: {name}", x).astype(float).reshape(-1) for name, x in axes.items()}
-        laid_out(parameterisation, nodes, False, {})
+        laid_out(parameterization, nodes, False, {})
     else:
         raise ParameterError("resample(axes=..., resolution=...): expected one of the two")
     mirrored = _is_half(m, nodes, periods or {})
@@ -74,7 +74,7 @@ def resample(
     about = {"made_of": repr(m), **(m.about if isinstance(m, Measured) else {})}
     outside = m.outside if isinstance(m, Gridded) else "hold"
     kept: dict[str, Any] = {"channels": names, "about": about, "periods": periods, "outside": outside}
-    table = Gridded(parameterisation, nodes, f, uncertainty=u, mirrored=mirrored, **kept)
+    table = Gridded(parameterization, nodes, f, uncertainty=u, mirrored=mirrored, **kept)
     pairs = lattice_pairs(1 << 14)
     true, tabulated = evaluated(m, *pairs), evaluated(table, *pairs)
     figures = dict(zip(("error_rms", "error_largest"), spread(relative(tabulated, true, true)), strict=True))
@@ -84,7 +84,7 @@ def resample(
         off = relative(back, cells.f[cells.up], cells.f)
         figures |= dict(zip(("back_rms", "back_largest"), spread(off), strict=True))
     figures["half_rms"] = _half_error(table)
-    parameters = {"parameterisation": parameterisation, "nodes": [len(x) for x in nodes.values()]}
+    parameters = {"parameterization": parameterization, "nodes": [len(x) for x in nodes.values()]}
     changes = changes_of_all(int(above(wi, wo).sum()), 1.0, tabulated - true)
     return reported(table, m if isinstance(m, Measured) else None, "resample", parameters, changes, figures)
 
@@ -130,6 +130,6 @@ def _half_error(table: Gridded) -> float:
     left[every] = False
     axes = {name: x[part] for (name, x), part in zip(table.axes.items(), every, strict=True)}
     kept: dict[str, Any] = {"channels": table.channel_names, "outside": table.outside}
-    coarse = Gridded(table.parameterisation, axes, table.stored[every], mirrored=table.is_mirrored, **kept)
+    coarse = Gridded(table.parameterization, axes, table.stored[every], mirrored=table.is_mirrored, **kept)
     at = left & cells.up
     return spread(relative(evaluated(coarse, cells.wi[at], cells.wo[at]), cells.f[at], cells.f))[0]

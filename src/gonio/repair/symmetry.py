@@ -21,7 +21,7 @@ SAME = 1e-5
 
 
 @checked
-def symmetrise(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
+def symmetrize(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
     """The measurement averaged over a symmetry.
 
     reciprocity   f(wi, wo) = f(wo, wi)
@@ -40,7 +40,7 @@ def symmetrise(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
     Example
     >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0, np.pi]}
     >>> f = np.array([[[0.1, 0.1], [0.12, 0.12]], [[0.1, 0.1], [0.11, 0.11]]])
-    >>> m = gn.repair.symmetrise(gn.Gridded("angles", axes, f), "reciprocity")
+    >>> m = gn.repair.symmetrize(gn.Gridded("angles", axes, f), "reciprocity")
     >>> print(m.brdf()[..., 0])
     [[0.1  0.11]
      [0.11 0.11]]
@@ -51,7 +51,7 @@ def symmetrise(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
         return _isotropic(cells.m)
     f, u, figures = _paired(cells, kind, plane)
     parameters = {"kind": kind, "plane": plane} if kind == "plane" else {"kind": kind}
-    return cells.repaired("symmetrise", parameters, f, u, figures)
+    return cells.repaired("symmetrize", parameters, f, u, figures)
 
 
 def _paired(cells: Cells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray | None, dict[str, float]]:
@@ -146,7 +146,7 @@ def _isotropic(m: Gridded) -> Gridded:
     names = list(m.axes)
     if len(names) == 3:
         none = {**_asymmetry(cells.f, cells.f, cells.f), "on_grid": 1}
-        return cells.repaired("symmetrise", {"kind": "isotropy"}, cells.f, cells.u, none)
+        return cells.repaired("symmetrize", {"kind": "isotropy"}, cells.f, cells.u, none)
     axis = names.index(m.system.turned[0])
     turns, weights = _arcs(m.axes[names[axis]], m.periods[names[axis]])
     slices = [np.take(cells.f, i, axis=axis) for i in range(len(turns))]
@@ -177,7 +177,7 @@ def _isotropic(m: Gridded) -> Gridded:
     figures = {**_asymmetry(stack, np.broadcast_to(f, stack.shape), cells.f), "on_grid": int(on_grid)}
     table = like(m, axes, f, u, quantity="brdf", periods=periods)
     changes = changes_of_all(int(Cells(table).up.sum()), 1.0, stack - f)
-    return reported(table, m, "symmetrise", {"kind": "isotropy"}, changes, figures)
+    return reported(table, m, "symmetrize", {"kind": "isotropy"}, changes, figures)
 
 
 def _arcs(nodes: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Pictures by arrays: of what is no formula, such as lights that are functions, and of polarised light."""
+"""Pictures by arrays: of what is no formula, such as lights that are functions, and of polarized light."""
 
 from __future__ import annotations
 

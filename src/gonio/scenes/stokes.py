@@ -1,4 +1,4 @@
-"""Pictures of polarised light: the Stokes vector of every pixel, and what a polariser before the camera makes of it."""
+"""Pictures of polarized light: the Stokes vector of every pixel, and what a polarizer before the camera makes of it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ..pictures.colour import LUMINANCE, transformed
 from ..pictures.image import Image
 from ..polarization import analyser, dop
 from ..polarization.axes import as_array
-from ..polarization.filters import polariser as filter_at
+from ..polarization.filters import polarizer as filter_at
 from .asked import Samples, Size
 from .by_arrays import picture
 from .left_out import tell
@@ -34,7 +34,7 @@ from .rendering import colours_of, lights_of, refuse_fluorescence, refuse_shadow
 from .stage import Stage
 
 UP = Direction(0.0, 0.0, 1.0)
-"""Polarisers are turned from the horizontal towards this, in the world."""
+"""Polarizers are turned from the horizontal towards this, in the world."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class StokesPicture:
 
     @checked
     def through(self, psi: float) -> Image:
-        """The picture behind an ideal polariser whose axis is psi [rad] from the picture's x axis towards up.
+        """The picture behind an ideal polarizer whose axis is psi [rad] from the picture's x axis towards up.
 
         Example
         >>> sun = gn.DistantLight(gn.direction(0.9, 0.4), irradiance=3.0)
@@ -81,7 +81,7 @@ class StokesPicture:
 
     @checked
     def dop(self, linear: bool = False) -> Image:
-        """Degree of polarization of the pixels' luminance, in gray: 1 where light is all polarised, 0 where it is dark.
+        """Degree of polarization of the pixels' luminance, in gray: 1 where light is all polarized, 0 where it is dark.
 
         Example
         >>> sun = gn.DistantLight(gn.direction(0.9, 0.4), irradiance=3.0)
@@ -101,27 +101,27 @@ def render_stokes(
     size: Size = 512,
     samples: Samples = 32,
     seed: Seed = 0,
-    polariser: float | None = None,
+    polarizer: float | None = None,
     progress: Callable[[int, int], None] | None = None,
     bands: Any = None,
 ) -> StokesPicture:
-    """`render`, with the polarization of what is seen: a lit shape behind an analyser, or between two polarisers.
+    """`render`, with the polarization of what is seen: a lit shape behind an analyser, or between two polarizers.
 
-    Lights are unpolarised, or with `polariser` behind an ideal polariser: its axis is that angle [rad] from the
+    Lights are unpolarized, or with `polarizer` behind an ideal polarizer: its axis is that angle [rad] from the
     horizontal towards up, as seen against the light, and it lets half of the light through. For light from straight
     above or below "up" is towards the camera. What a material transmits is seen through the front of the shape alone,
     as `render` has it, and so are the other arguments.
 
     Example
     >>> sun = gn.DistantLight([0.0, -1.0, 0.0], irradiance=3.0)
-    >>> picture = gn.render_stokes(gn.IdealSpecular() + gn.Lambertian(0.2), sun, size=16, samples=4, polariser=0.0)
+    >>> picture = gn.render_stokes(gn.IdealSpecular() + gn.Lambertian(0.2), sun, size=16, samples=4, polarizer=0.0)
     >>> crossed, along = picture.through(np.pi / 2), picture.through(0.0)
-    >>> print(np.allclose(crossed.pixels, along.pixels))  # what is matt leaves unpolarised
+    >>> print(np.allclose(crossed.pixels, along.pixels))  # what is matt leaves unpolarized
     True
     """
-    if polariser is not None and not np.isfinite(polariser):
+    if polarizer is not None and not np.isfinite(polarizer):
         raise ParameterError(
-            f"render_stokes(polariser={polariser!r}): expected an angle [rad], or None for no polariser"
+            f"render_stokes(polarizer={polarizer!r}): expected an angle [rad], or None for no polarizer"
         )
     stage = Stage.of(shape)
     refuse_shadows(stage, "render_stokes")
@@ -129,7 +129,7 @@ def render_stokes(
     tell("render_stokes", stage, [m], shape)
     lights, by_power = lights_of(m, lights, bands)
     before, after = colours_of(m, lights, bands, by_power)
-    arriving = None if polariser is None else filter_at(polariser)[:, 0].astype(np.float32)
+    arriving = None if polarizer is None else filter_at(polarizer)[:, 0].astype(np.float32)
 
     def gather(at: Points) -> tuple[np.ndarray, int]:
         seen = _Seen(at, arriving, before)
@@ -198,7 +198,7 @@ class _Seen:
 
     def _with_delta(self, m: Reflectance, s: Sample, M: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Matrices and shares of samples of a whole material, where these are of delta lobes: as bright as the weight
-        says, and as polarising as all delta lobes of that side are together."""
+        says, and as polarizing as all delta lobes of that side are together."""
         across = s.wi[..., 2, None, None, None] < 0.0
         reflects, passes = (self._matrices(m.delta_mueller(self.at.wo, across=x))[0] for x in (False, True))
         D = np.where(across, passes, reflects)
@@ -241,7 +241,7 @@ def _cosine(m: Reflectance, wi: np.ndarray) -> np.ndarray:
 
 
 def _arriving(w: np.ndarray, wi: np.ndarray, local: Frame, state: np.ndarray) -> np.ndarray:
-    """The Stokes vector of a light behind the polariser, of radiance 1 before it, in the surface's axes of wi."""
+    """The Stokes vector of a light behind the polarizer, of radiance 1 before it, in the surface's axes of wi."""
     k = Direction(*(-np.moveaxis(np.broadcast_to(w, wi.shape), -1, 0)))
     x = cross(UP, k)  # horizontal: y = k x x points up
     above = x.x * x.x + x.y * x.y < 1e-12

@@ -30,7 +30,7 @@ class HeightField:
     cell      lengths of a cell along x and y, in the unit of the heights
     unit      "nm", "um", "mm", "m", or "" where only ratios of lengths matter
     turn      the turn about the normal after which the surface is the same, statistically: 0 (any: isotropic), pi, 2 pi
-    again     makes another realisation from a seed; None for a surface that is what it is
+    again     makes another realization from a seed; None for a surface that is what it is
     seed      what this one was made from
     is_part   whether it stands for a larger surface, of which it is a part; `is_mirrored`: and the rest of it are the
               mirror images of its first quarter
@@ -129,7 +129,7 @@ class HeightField:
 
     @property
     def is_random(self) -> bool:
-        """Whether there are other realisations of it.
+        """Whether there are other realizations of it.
 
         Example
         >>> print(gn.surfaces.gaussian(0.3).is_random, gn.surfaces.v_grooves(0.6).is_random)
@@ -138,12 +138,12 @@ class HeightField:
         return self.again is not None
 
     @checked
-    def realisation(self, seed: int) -> Self | HeightField:
+    def realization(self, seed: int) -> Self | HeightField:
         """An independent surface of the same kind; itself where there is none.
 
         Example
         >>> one = gn.surfaces.gaussian(0.3)
-        >>> print(np.array_equal(one.heights, one.realisation(7).heights))
+        >>> print(np.array_equal(one.heights, one.realization(7).heights))
         False
         """
         return self if self.again is None else self.again(seed=seed)

@@ -25,7 +25,7 @@ class Interpolated(Sampled):
     interpolation: str
     outside: str
     channel: Any
-    parameterisation: str = state()
+    parameterization: str = state()
     """Name of the system of angles of the axes."""
     axes: dict[str, np.ndarray] = note()
     """Nodes [rad] of each axis, as given."""
@@ -39,7 +39,7 @@ class Interpolated(Sampled):
     @property
     def system(self) -> AngleSystem:
         """The system of angles of the axes."""
-        return angle_system(self.parameterisation)
+        return angle_system(self.parameterization)
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes."""

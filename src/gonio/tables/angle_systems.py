@@ -239,5 +239,5 @@ SYSTEMS = {
 def angle_system(name: str) -> AngleSystem:
     """The system of this name. Raises ParameterError for another."""
     if name not in SYSTEMS:
-        raise ParameterError(f"parameterisation={name!r}: expected one of {', '.join(map(repr, SYSTEMS))}")
+        raise ParameterError(f"parameterization={name!r}: expected one of {', '.join(map(repr, SYSTEMS))}")
     return SYSTEMS[name]

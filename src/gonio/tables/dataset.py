@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 @checked
 def to_dataset(
-    m: Reflectance, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
+    m: Reflectance, parameterization: str = "half_difference", resolution: Sequence[int] | None = None
 ) -> xarray.Dataset:
     """A reflectance as a dataset in gonio's layout; see docs/data-model.md.
 
     Measurements on a grid (MERL too) or in rows stay as they are, with uncertainty, validity and metadata. Other
     reflectances, and any if a `resolution` is given (nodes along each axis), are evaluated on a grid of the
-    `parameterisation`, by default with no more nodes than f needs: two along an axis that it does not depend on. Pairs
+    `parameterization`, by default with no more nodes than f needs: two along an axis that it does not depend on. Pairs
     below the horizon have no value. The dataset names the file that a measurement was read from, with its SHA-256. Of
     fluorescence it holds f alone, and a FluorescenceWarning says so.
 
@@ -47,13 +47,13 @@ def to_dataset(
     {'theta_h': 4, 'theta_d': 4, 'phi_d': 8}
     """
     warn_of_reradiation(m, "gn.save(m, 'm.json')")
-    return dataset_of(m, parameterisation, resolution)
+    return dataset_of(m, parameterization, resolution)
 
 
-def dataset_of(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None) -> xarray.Dataset:
+def dataset_of(m: Reflectance, parameterization: str, resolution: Sequence[int] | None) -> xarray.Dataset:
     """`to_dataset`, of f alone."""
     table = m.as_grid() if isinstance(m, Measured) and resolution is None else None
-    table = _on_grid(m, parameterisation, resolution) if table is None else table
+    table = _on_grid(m, parameterization, resolution) if table is None else table
     return table.data.assign_attrs(provenance=dataset_layout.to_text(origin(m)))
 
 
@@ -98,7 +98,7 @@ def _measurement(ds: xarray.Dataset, path: str, copied: bool) -> Gridded:
 
 
 def _gridded(ds: xarray.Dataset, path: str, where: str, copied: bool) -> Gridded:
-    name = _text(ds, "parameterisation", where)
+    name = _text(ds, "parameterization", where)
     dims = [d for d in ds["values"].dims if d not in ("wavelength", "channel")]
     axes = angle_system(name).axes(len(dims) > 3)
     if set(dims) != set(axes):
@@ -213,14 +213,14 @@ def _text(ds: xarray.Dataset, name: str, where: str, default: str | None = None)
     return value
 
 
-def _on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:
+def _on_grid(m: Reflectance, parameterization: str, resolution: Sequence[int] | None = None) -> Gridded:
     """f of any reflectance on a grid of angles; NaN at pairs below the horizon."""
     tabular_shape(m)
-    system = angle_system(parameterisation)
+    system = angle_system(parameterization)
     axes = nodes_of(system, not m.is_isotropic(), resolution, system.coarse)
     if resolution is None:
         axes = needed(m, system, axes)
     names, values = tristimulus(m.channel_names, f_at(m, *system.directions(axes)))
     channels = (names or channels_named(values.shape[-1])) if values.ndim > len(axes) else None
-    table = Gridded(parameterisation, axes, values, channels=channels, about={"made_of": repr(m)})
+    table = Gridded(parameterization, axes, values, channels=channels, about={"made_of": repr(m)})
     return table.with_notes(provenance=derived(m))

@@ -33,12 +33,12 @@ INCIDENCES, OBLIQUE = 5, math.radians(75.0)
 class Gridded(Interpolated):
     """Values at the nodes of a grid of angles, linear between them along every axis.
 
-    `parameterisation` names the system of angles of the axes (`angle_systems.SYSTEMS`). Nodes [rad] are increasing, of
+    `parameterization` names the system of angles of the axes (`angle_systems.SYSTEMS`). Nodes [rad] are increasing, of
     any spacing; three axes mean an isotropic material. Azimuths wrap with their period (2 pi unless `periods` has
     another: pi for phi_d of a reciprocal table); `mirrored`: the third axis covers half of its period, and the other
     half is the mirror image. Beyond the outermost nodes of the other axes, f is the outermost value (`outside`:
     "hold"), NaN ("missing") or 0 ("zero").
-    Nodes without data (NaN) are left out and the weights of the others renormalised; f is NaN where these hold less
+    Nodes without data (NaN) are left out and the weights of the others renormalized; f is NaN where these hold less
     than 1/1000 of the weight. `interpolation`: "nearest" takes the value of the nearest node instead of "linear".
     Values are interpolated as BRDFs.
 
@@ -80,7 +80,7 @@ class Gridded(Interpolated):
     @checked
     def __init__(
         self,
-        parameterisation: str,
+        parameterization: str,
         axes: Mapping[str, Any],
         values: Any,
         *,
@@ -96,7 +96,7 @@ class Gridded(Interpolated):
     ):
         stored = real("values", values)
         names = None if channels is None else tuple(channels)
-        grid = self._lay_out(parameterisation, axes, mirrored, periods or {}, names)
+        grid = self._lay_out(parameterization, axes, mirrored, periods or {}, names)
         _check_values("values", stored, grid, names)
         if uncertainty is not None:
             uncertainty = real("uncertainty", uncertainty)
@@ -118,7 +118,7 @@ class Gridded(Interpolated):
 
     def _lay_out(
         self,
-        parameterisation: str,
+        parameterization: str,
         axes: Mapping[str, Any],
         mirrored: bool,
         periods: Mapping[str, float],
@@ -126,9 +126,9 @@ class Gridded(Interpolated):
     ) -> tuple[int, ...]:
         """The shape of the grid, after its axes and channels are set."""
         nodes = Held({name: frozen(real(f"axes: {name}", x).astype(float).reshape(-1)) for name, x in axes.items()})
-        layout, all_periods = laid_out(parameterisation, nodes, mirrored, periods)
+        layout, all_periods = laid_out(parameterization, nodes, mirrored, periods)
         self._hold(
-            parameterisation=parameterisation,
+            parameterization=parameterization,
             axes=nodes,
             is_mirrored=bool(mirrored),
             periods=Held(all_periods),
@@ -181,7 +181,7 @@ class Gridded(Interpolated):
             self.stored,
             self.uncertainty,
             self.channel_names,
-            parameterisation=self.parameterisation,
+            parameterization=self.parameterization,
             quantity=self.quantity,
             **own,
             outside=self.outside,
@@ -246,7 +246,7 @@ class Gridded(Interpolated):
         >>> print(round(m.rough_albedo(), 2))
         0.78
         """
-        if self.parameterisation != "angles":
+        if self.parameterization != "angles":
             return math.nan
         theta_i, theta_o, *azimuths = self.axes
         count = max(1, int((self.axes[theta_i] <= OBLIQUE).sum()))
@@ -302,7 +302,7 @@ class Gridded(Interpolated):
 
     def _arguments(self) -> dict[str, Any]:
         """The arguments of `Gridded` that made this table, but for the numbers in it."""
-        same = ("parameterisation", "axes", "quantity", "periods", "interpolation", "outside", "path", "about")
+        same = ("parameterization", "axes", "quantity", "periods", "interpolation", "outside", "path", "about")
         renamed = {"channels": self.channel_names, "mirrored": self.is_mirrored}
         return {**{name: getattr(self, name) for name in same}, **renamed}
 
@@ -341,7 +341,7 @@ class Gridded(Interpolated):
         return self.with_table(values, uncertainty, **other)
 
     def _key(self) -> tuple:
-        compared = ("parameterisation", "quantity", "is_mirrored", "periods", "channel_names", "uncertainty")
+        compared = ("parameterization", "quantity", "is_mirrored", "periods", "channel_names", "uncertainty")
         nodes = ((f"nodes of {name}", x) for name, x in self.axes.items())
         values = ((name, getattr(self, name)) for name in compared)
         return (*super()._key(), *nodes, *(pair for pair in values if pair[1] is not None))
@@ -351,7 +351,7 @@ class Gridded(Interpolated):
             return super().__repr__()
         size = " x ".join(str(len(x)) for x in self.axes.values())
         made_of = f" of {self.about['made_of']:.200}" if "made_of" in self.about else ""
-        return f"<{self.parameterisation} table of {size} nodes{made_of}>"
+        return f"<{self.parameterization} table of {size} nodes{made_of}>"
 
 
 def _check_values(what: str, values: np.ndarray, grid: tuple[int, ...], names: tuple | None) -> None:

@@ -25,7 +25,7 @@ def half_planes(m: Gridded) -> np.ndarray:
     all of them. Grids of other angles than polar angles and azimuths have none.
     """
     none = np.zeros(0)
-    if m.parameterisation != "angles":
+    if m.parameterization != "angles":
         return none
     if isinstance(m, Scattered):
         off = m.rows[(m.rows[:, 0] > ALIKE) & (m.rows[:, 2] > ALIKE)]

@@ -14,7 +14,7 @@ from ..formula.mueller import Mueller, about_facet
 from ._lookup import Interpolated
 
 KEPT = "measured matrices, and interpolations between them, are kept as they are"
-"""Why tables may break the law of realisability."""
+"""Why tables may break the law of realizability."""
 MIRRORED = np.outer([1, 1, -1, -1], [1, 1, -1, -1])
 """Signs of the elements as both directions are mirrored in a plane through the normal."""
 

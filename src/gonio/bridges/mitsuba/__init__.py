@@ -23,7 +23,7 @@ from ...scenes.camera import View
 from ...scenes.scene import Scene
 
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_mono", "llvm_ad_spectral", "cuda_ad_rgb", "cuda_ad_mono", "cuda_ad_spectral")
-"""Those that can be used: Dr.Jit compiles the formula. Scalar variants would call Python for every ray; polarised ones
+"""Those that can be used: Dr.Jit compiles the formula. Scalar variants would call Python for every ray; polarized ones
 need Mueller matrices in Mitsuba's frames."""
 
 

@@ -100,5 +100,5 @@ def _flat(table: np.ndarray, kind: type) -> Any:
 
 
 def parameters(held: list[Number]) -> Iterator[Number]:
-    """Those that optimisation may move."""
+    """Those that optimization may move."""
     return (number for number in held if number.name and not isinstance(number.field, (Channels, Wavelengths)))

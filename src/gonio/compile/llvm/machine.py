@@ -63,11 +63,11 @@ def _most_lanes() -> int:
     return int(text or 16)
 
 
-def optimises() -> bool:
-    """Whether machine code is made to run fast; with GONIO_OPTIMISE=off it is made fast instead."""
-    text = os.environ.get("GONIO_OPTIMISE", "")
+def optimizes() -> bool:
+    """Whether machine code is made to run fast; with GONIO_OPTIMIZE=off it is made fast instead."""
+    text = os.environ.get("GONIO_OPTIMIZE", "")
     if text not in ("", "off"):
-        raise ParameterError(f"GONIO_OPTIMISE={text!r}: expected off, code that is made quickly; or unset it")
+        raise ParameterError(f"GONIO_OPTIMIZE={text!r}: expected off, code that is made quickly; or unset it")
     return not text
 
 
@@ -134,7 +134,7 @@ second puts instructions into another order, after registers are known."""
 
 def _level() -> int:
     """LLVM's level: the least of those that make the best code for this processor."""
-    if not optimises():
+    if not optimizes():
         return 0
     return 1 if _llvm().get_host_cpu_name() in ALIKE else 2
 
@@ -188,7 +188,7 @@ def to_object(text: str) -> bytes:
         module.triple = machine.triple
         module.data_layout = str(machine.target_data)
         module.verify()
-        if optimises():
+        if optimizes():
             builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
             passes = llvm.create_new_function_pass_manager()
             passes.add_instruction_combine_pass()

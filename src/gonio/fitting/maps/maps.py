@@ -22,7 +22,7 @@ from ...numerics.lattice import lattice
 from ..losses import LOSSES, of_starts
 from ..residual import WIDTHS, costs, scores
 from ..samples import real, suspected_lengths
-from ..solver import Box, Solved, linear_step, minimise, solved
+from ..solver import Box, Solved, linear_step, minimize, solved
 from ..unknowns import Unknowns, likely, unknowns
 
 VALUES_AT_ONCE = 1 << 19
@@ -294,7 +294,7 @@ def _fitted(
     def evaluate_start(x: np.ndarray) -> Squares:
         return free.gathered(squares(costs(first, "none"), free.models(x), free.places, at_start, WIDTHS), x)
 
-    found = minimise(evaluate, _starts(evaluate_start, free, box, len(data.values)), box, STEPS, TOLERANCE)
+    found = minimize(evaluate, _starts(evaluate_start, free, box, len(data.values)), box, STEPS, TOLERANCE)
     slopes = None if loss == "likelihood" else summed(scores(loss, "none"), found.x).matrix
     return _summary(found, free, box, (data.weights > 0.0).sum(axis=(1, 2)), slopes)
 

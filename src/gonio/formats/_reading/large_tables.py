@@ -54,13 +54,13 @@ class Unscanned(Gridded):
 
     def __init__(
         self,
-        parameterisation: str,
+        parameterization: str,
         axes: Mapping[str, Any],
         stored: np.ndarray,
         channels: Sequence[str | float],
         **notes: Any,
     ):
         """`notes`: path and about."""
-        self._lay_out(parameterisation, axes, False, {}, tuple(channels))
+        self._lay_out(parameterization, axes, False, {}, tuple(channels))
         self._hold(uncertainty=None, quantity=quantity_named("brdf"), holes=True)
         Measured.__init__(self, **notes, stored=Ours(stored), channel=len(channels))

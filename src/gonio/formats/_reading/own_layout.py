@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Content = TypeVar("Content")
 
-Parameterisation = Annotated[
+Parameterization = Annotated[
     str, Declared("angles of the grid that a material without a grid is put on", words=(*SYSTEMS,))
 ]
 Resolution = Annotated[
@@ -36,10 +36,10 @@ NEEDED = frozenset({"values", "valid", "uncertainty", "wavelength", "channel", R
 
 
 def encoded(
-    m: Reflectance, parameterisation: str, resolution: Sequence[int] | None
+    m: Reflectance, parameterization: str, resolution: Sequence[int] | None
 ) -> tuple[xarray.Dataset, dict[Any, dict[str, Any]]]:
     """The dataset to write, see `to_dataset`, and its encodings: NaN stays NaN, no other number stands for it."""
-    ds = dataset_of(m, parameterisation, resolution)
+    ds = dataset_of(m, parameterization, resolution)
     return ds, {name: {"_FillValue": None} for name in ds.variables if ds[name].dtype.kind == "f"}
 
 

@@ -184,7 +184,7 @@ def expect(
     return a
 
 
-def serialise(fields: Mapping[str, np.ndarray]) -> bytes:
+def serialize(fields: Mapping[str, np.ndarray]) -> bytes:
     """A tensor file of these fields, in their order."""
     return b"".join(_pieces(fields))
 

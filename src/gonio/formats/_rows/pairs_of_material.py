@@ -82,7 +82,7 @@ def pairs_of(
     """
     if isinstance(m, Scattered) and resolution is None:
         pairs = Pairs(m.rows, m.stored, m.quantity, m.uncertainty, m.channel_names)
-    elif isinstance(m, Gridded) and resolution is None and m.parameterisation in ("angles", "relative"):
+    elif isinstance(m, Gridded) and resolution is None and m.parameterization in ("angles", "relative"):
         pairs = _of_grid(m, as_held)
     else:
         pairs = _of_model(m, resolution, incident, nodes)

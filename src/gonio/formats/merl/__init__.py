@@ -55,7 +55,7 @@ class MERL(Measured):
     Cell (i, j, k) is centred at theta_h = ((i + 1/2)^2/90), theta_d = (j + 1/2), phi_d = (k + 1/2) degrees.
     "trilinear" interpolates between centres, linearly in sqrt(theta_h), theta_d and phi_d; beyond the
     outermost centres theta_h and theta_d stay there, phi_d wraps with period pi (reciprocity), or 2 pi with
-    360 cells. Corners without data are left out and the weights of the others renormalised; f is NaN where
+    360 cells. Corners without data are left out and the weights of the others renormalized; f is NaN where
     these hold less than 1/1000 of the weight, so also at the very centre of a cell without data. "nearest" is
     the value of the cell around the pair, NaN if it has none.
 
@@ -77,7 +77,7 @@ class MERL(Measured):
     channel = channels("red, green, blue")
 
     format = NAME
-    parameterisation = "half_difference"
+    parameterization = "half_difference"
     cells: Any  # what formulas look up, of bound materials only
     rings: Any
     phi_cells: int = state()
@@ -134,7 +134,7 @@ class MERL(Measured):
         periods = {"phi_d": math.radians(self.phi_cells)}
         interpolation = "linear" if self.interpolation == "trilinear" else "nearest"
         return Gridded(
-            self.parameterisation, self.axes, Ours(LAYOUT.table(f, False)), channels=tuple("RGB"), periods=periods,
+            self.parameterization, self.axes, Ours(LAYOUT.table(f, False)), channels=tuple("RGB"), periods=periods,
             interpolation=interpolation, about={"made_of": repr(self), **self.about},
         )  # fmt: skip
 
@@ -293,7 +293,7 @@ def _tabulated(m: Reflectance, phi_cells: int) -> np.ndarray:
     if not m.is_isotropic():
         raise ParameterError(
             f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only; take the mean over turns: "
-            f"gonio.repair.symmetrise(gonio.repair.resample(m), 'isotropy')"
+            f"gonio.repair.symmetrize(gonio.repair.resample(m), 'isotropy')"
         )
     to_rgb = rgb_of(names) if colours else None
     raw = np.empty((3, N, N, phi_cells))

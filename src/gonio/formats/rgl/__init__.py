@@ -109,7 +109,7 @@ class RGL(Measured):
     """
 
     format = NAME
-    parameterisation = "adaptive half vectors"
+    parameterization = "adaptive half vectors"
     quantity: str = note("brdf * cos(theta_o)")
     seam = COSINE_SHARE
     breaks: ClassVar[dict[str, str]] = {

@@ -27,7 +27,7 @@ from ...tables.drawing import Sampled
 from .._reading.large_tables import expect_channels
 from .._reading.tensor_file import opened
 from .._sides import Side, joined, wanted
-from .contents import GZIP, MAGIC, inflated, parse, serialise
+from .contents import GZIP, MAGIC, inflated, parse, serialize
 
 if TYPE_CHECKING:
     import xarray
@@ -261,7 +261,7 @@ def write(
     >>> print(gn.load("white.bsdf").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
-    data = serialise(_as_it_was(m) or _fitted(m, nodes, orders, tolerance))
+    data = serialize(_as_it_was(m) or _fitted(m, nodes, orders, tolerance))
     with replacing(path) as temporary:
         temporary.write_bytes(gzip.compress(data, mtime=0) if str(path).endswith(".gz") else data)
 
@@ -274,8 +274,8 @@ def _as_it_was(m: Reflectance) -> dict[str, Any] | None:
     files = [part.parts for q, part in found.items() if isinstance(part, Scatfun) and part.signs == SIGNS[q]]
     if len(files) < len(found) or {*found} != {*_held(files[0])}:
         return None
-    first = serialise(files[0])
-    return files[0] if all(serialise(file) == first for file in files[1:]) else None
+    first = serialize(files[0])
+    return files[0] if all(serialize(file) == first for file in files[1:]) else None
 
 
 def _held(parts: Mapping[str, Any]) -> list[str]:

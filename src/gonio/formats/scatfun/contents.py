@@ -98,7 +98,7 @@ def parse(data: bytes, where: str) -> dict[str, Any]:
     return {**parts, "metadata": data[at:], **named}
 
 
-def serialise(parts: Mapping[str, Any]) -> bytes:
+def serialize(parts: Mapping[str, Any]) -> bytes:
     """The file of these parts."""
     nodes, coefficients, metadata, positions = (len(parts[n]) for n in ("mu", "coefficients", "metadata", "positions"))
     counts = (1, nodes, coefficients, parts["orders"], parts["channels"], 1, metadata, 0, positions)

@@ -1,4 +1,4 @@
-"""Ansys Speos' (OPTIS) `.brdf` and `.anisotropicbsdf`, as text: values by angles of wo, normalised by shares.
+"""Ansys Speos' (OPTIS) `.brdf` and `.anisotropicbsdf`, as text: values by angles of wo, normalized by shares.
 
 Rows of a `.brdf` (`OPTIS - brdf surface file v8.0`), one table for each angle of incidence and wavelength:
 

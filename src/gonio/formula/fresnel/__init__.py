@@ -1,4 +1,4 @@
-"""Fresnel reflectance of a smooth interface, exact for dielectrics and conductors, unpolarised.
+"""Fresnel reflectance of a smooth interface, exact for dielectrics and conductors, unpolarized.
 
 A Fresnel term is a small value with `F(cos_theta)`; wherever one is expected a plain number means `Constant`.
 """

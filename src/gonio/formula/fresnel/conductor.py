@@ -1,4 +1,4 @@
-"""Fresnel reflectance of a metal, exact and unpolarised."""
+"""Fresnel reflectance of a metal, exact and unpolarized."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .dielectric import interface_amplitudes, interface_mueller
 
 
 def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
-    """Unpolarised reflectance of a conductor of complex index eta + i k, seen from vacuum.
+    """Unpolarized reflectance of a conductor of complex index eta + i k, seen from vacuum.
 
     With a + i b = sqrt((eta + i k)^2 - sin^2):
     R_s = ((a - c)^2 + b^2) / ((a + c)^2 + b^2),

@@ -1,4 +1,4 @@
-"""Fresnel reflectance of a dielectric, exact and unpolarised."""
+"""Fresnel reflectance of a dielectric, exact and unpolarized."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..mueller import Mueller
 
 
 def fresnel_dielectric(cos_theta: Any, eta: Any) -> Any:
-    """Unpolarised reflectance of a dielectric: the mean of the squared s and p amplitudes.
+    """Unpolarized reflectance of a dielectric: the mean of the squared s and p amplitudes.
 
     r_s = (c - eta c_t)/(c + eta c_t),  r_p = (eta c - c_t)/(eta c + c_t),  c_t = sqrt(1 - (1 - c^2)/eta^2)
 

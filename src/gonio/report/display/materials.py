@@ -112,7 +112,7 @@ def _number(value: Any, unit: str) -> str | Raw:
 def _held(about: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     """What a file says of itself, holds and lacks."""
     if about["published_as"]:
-        yield "recognised", f"the published file of {about['published_as']}"
+        yield "recognized", f"the published file of {about['published_as']}"
     yield from ((name, short(text)) for name, text in words.notes(about))
     yield from ((name, text) for name, text in words.contents(about) if name != "quantity")
     if digest := about["provenance"].get("sha256"):

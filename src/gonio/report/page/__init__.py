@@ -21,7 +21,7 @@ from ...facts.subject import Subject
 from ...figures._drawing import materials_of
 from ...files import replacing, target
 from . import browser, lobes, pictures
-from .contents import contents_of, summarised
+from .contents import contents_of, summarized
 from .guarded import Guarded
 from .html import page, script_data
 
@@ -104,7 +104,7 @@ def data(
         "title": title or ", ".join(_short(subject.name) for subject in subjects),
         "gonio": __version__,
         "date": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
-        "summary": summarised(several),
+        "summary": summarized(several),
         "materials": several,
     }
 

@@ -236,7 +236,7 @@ def _fates(m: Reflectance) -> dict[str, Any]:
 
 
 def _polarization(m: Reflectance) -> dict[str, Any]:
-    """The degree of linear polarization of the light that leaves, of unpolarised light that arrives, in the plane of
+    """The degree of linear polarization of the light that leaves, of unpolarized light that arrives, in the plane of
     incidence; Mueller matrices at the mirror directions over their first element; and those of delta lobes."""
     phi = plane(m)
     wi = direction(np.radians(POLARIZED), phi)
@@ -270,7 +270,7 @@ def _as_one(m: Reflectance, M: np.ndarray) -> np.ndarray:
     return np.asarray(number(np.moveaxis(M, -3, -1)), float)
 
 
-def summarised(several: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def summarized(several: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """The numbers by which materials are compared: a row for each."""
     rows = []
     for one in several:

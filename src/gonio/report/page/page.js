@@ -28,7 +28,7 @@ function showTheme(theme) {
 const system = matchMedia("(prefers-color-scheme: dark)");
 const isDark = () => (document.documentElement.dataset.theme ?? (system.matches ? "dark" : "light")) === "dark";
 
-// Lobes: a grid of directions with log10 f in 16 bits, drawn by a rasteriser of our own into a canvas.
+// Lobes: a grid of directions with log10 f in 16 bits, drawn by a rasterizer of our own into a canvas.
 class Viewer {
   constructor(host) {
     this.host = host;

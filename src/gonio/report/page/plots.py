@@ -165,7 +165,7 @@ def of_polarization(rows: Sequence[dict[str, Any]]) -> str:
     for k, row in enumerate(rows):
         drawn.line(row["views"], np.array(row["degree"], float), step(k, len(rows)))
         drawn.tick(row["theta_i"], step(k, len(rows)))
-    caption = "Of light that arrives unpolarised and leaves in the plane of incidence. Ticks: mirror directions."
+    caption = "Of light that arrives unpolarized and leaves in the plane of incidence. Ticks: mirror directions."
     return figure(drawn.svg(), caption, of_incidence([row["theta_i"] for row in rows]))
 
 

@@ -8,7 +8,7 @@ from places import real
 
 import gonio as gn
 from gonio.formats import kaist
-from gonio.polarization import realisable, to_frames
+from gonio.polarization import realizable, to_frames
 
 GOLD = gn.Microfacet(gn.GGX(0.5), gn.Conductor(1.2, 6.0))
 
@@ -67,7 +67,7 @@ def of_mitsuba(mi, path, wi, wo, wavelength: float) -> np.ndarray:
     return np.moveaxis(np.array(rows), -1, 0) / wi[:, 2, None, None]
 
 
-def test_a_polarising_material_is_written_with_its_matrices(tmp_path):
+def test_a_polarizing_material_is_written_with_its_matrices(tmp_path):
     gn.save(GOLD, tmp_path / "gold.pbsdf", resolution=(45, 23, 9))
     m = gn.load(tmp_path / "gold.pbsdf")
     wi, wo = pairs(300, 0.3)
@@ -79,7 +79,7 @@ def test_a_polarising_material_is_written_with_its_matrices(tmp_path):
 def test_matrices_that_cannot_be_are_kept_and_flagged():
     stored = fields(5, 5, 9)
     m = kaist.KAIST(stored)
-    verdict = gn.check(m, laws=["realisability"])["realisability"]
+    verdict = gn.check(m, laws=["realizability"])["realizability"]
     assert verdict.verdict == "breaks"
     assert np.array_equal(m.matrices, stored["M"])
 
@@ -90,8 +90,8 @@ def test_nists_rows_are_given_back_in_the_axes_of_the_surface():
     expected = to_frames(m.matrices, wi, wo, "surface", given="xyxy")
     off = np.abs(m.mueller(wi, wo)[:, 0] - expected).max(axis=(-1, -2)) / expected[:, 0, 0]
     assert np.median(off) < 0.004 and off.max() < 0.06
-    assert realisable(expected).all()
-    assert "not realisable" not in m.about
+    assert realizable(expected).all()
+    assert "not realizable" not in m.about
 
 
 def test_ptfe_scatters_horizontal_light_more_and_is_the_same_on_both_sides():

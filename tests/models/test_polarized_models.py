@@ -1,4 +1,4 @@
-"""Polarised reflection: closed forms, compositions, and Mitsuba's polarised plugins where they are installed."""
+"""Polarized reflection: closed forms, compositions, and Mitsuba's polarized plugins where they are installed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from libraries import thinned
 import gonio as gn
 from gonio.formula.fresnel.dielectric import interface_amplitudes, interface_mueller
 from gonio.formula.mueller import of_amplitudes
-from gonio.polarization import dop, realisable, rotator, to_frames
+from gonio.polarization import dop, realizable, rotator, to_frames
 
 PI = math.pi
 ALUMINIUM = gn.Conductor(1.2, 6.0)
@@ -82,12 +82,12 @@ def test_the_first_element_is_f_and_the_matrix_can_be(name, evaluation):
     M, f = m.mueller(wi, wo), m.f(wi, wo)
     assert M.shape == (*f.shape, 4, 4)
     np.testing.assert_allclose(M[..., 0, 0], f, rtol=1e-12, atol=1e-15)
-    assert realisable(M, 1e-10).all()
+    assert realizable(M, 1e-10).all()
     assert m.polarizes == bool(np.abs(M.reshape(-1, 16)[:, 1:]).max() > 0.0)
 
 
 @each_with_few_kernels
-def test_polarised_light_takes_the_same_way_back(name, evaluation):
+def test_polarized_light_takes_the_same_way_back(name, evaluation):
     if name in ("tilted", "Turquin", "Turquin, gray"):
         return  # they break reciprocity
     m, (wi, wo) = MODELS[name], directions(300)
@@ -100,7 +100,7 @@ def test_matrices_of_mirrors_have_their_reflectance_first(m):
     _, wo = directions(100)
     M = m.delta_mueller(wo)
     np.testing.assert_allclose(M[..., 0, 0], m.delta_reflectance(wo), rtol=1e-12, atol=1e-15)
-    assert realisable(M, 1e-10).all()
+    assert realizable(M, 1e-10).all()
 
 
 def test_a_mirror_turned_about_its_normal_is_the_same_mirror():
@@ -324,7 +324,7 @@ def test_matrices_on_the_whole_sphere(m):
     wi, wo = sphere(500)
     M, f = m.mueller(wi, wo), m.f(wi, wo)
     np.testing.assert_allclose(M[:, 0, 0], f, rtol=1e-11, atol=1e-15)
-    assert realisable(M, 1e-9).all() and m.polarizes
+    assert realizable(M, 1e-9).all() and m.polarizes
     n_i, n_o = (np.where(w[:, 2] < 0.0, m.index, 1.0)[:, None, None] for w in (wi, wo))
     back = D @ np.swapaxes(m.mueller(wo, wi) / n_i**2, -1, -2) @ D
     np.testing.assert_allclose(M / n_o**2, back, atol=1e-12 * M.max())
@@ -351,7 +351,7 @@ def test_what_a_smooth_interface_reflects_and_transmits_shares_the_light():
     assert below[0, 0] == pytest.approx(1.0, abs=1e-12) and abs(below[2, 3]) > 0.1
 
 
-def test_a_sheet_polarises_where_either_side_does():
+def test_a_sheet_polarizes_where_either_side_does():
     facets = gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5))
     assert gn.TwoSided(gn.Lambertian(0.5), facets).polarizes and gn.TwoSided(facets, gn.Lambertian(0.5)).polarizes
     assert not gn.TwoSided(gn.Lambertian(0.5), gn.Lambertian(0.1)).polarizes

@@ -1,8 +1,8 @@
-"""Realisability: no light leaves more polarised than it can be: a Mueller matrix is a sum of what amplitudes do.
+"""Realizability: no light leaves more polarized than it can be: a Mueller matrix is a sum of what amplitudes do.
 
 Measured   how far the smallest eigenvalue of `gn.polarization.coherency` is below 0, over the largest, and how far the
-           degree of polarization of light that leaves is above 1, for unpolarised, linear and circular light, at 16384
-           pairs and where formulas break: wi = wo, mirror pairs, along the normal; of materials that polarise
+           degree of polarization of light that leaves is above 1, for unpolarized, linear and circular light, at 16384
+           pairs and where formulas break: wi = wo, mirror pairs, along the normal; of materials that polarize
 Holds if   <= 1e-6
 Tolerance  formulas stay below 1e-12, beside the critical angle 1e-8; the published digits of tables are fewer
 """
@@ -21,11 +21,11 @@ TOLERANCE = 1e-6  # formulas stay below 1e-12, beside the critical angle 1e-8; t
 
 EVERY = PAIRS >> 14
 _STATES = np.array([[1, 1, 1, 1, 1, 1, 1], [0, 1, -1, 0, 0, 0, 0], [0, 0, 0, 1, -1, 0, 0], [0, 0, 0, 0, 0, 1, -1]])
-"""Stokes vectors, as columns: unpolarised, horizontal, vertical, along both diagonals, circular both ways."""
+"""Stokes vectors, as columns: unpolarized, horizontal, vertical, along both diagonals, circular both ways."""
 
 
 def law(m: Reflectance) -> Findings:
-    """The worst of all pairs; a material that does not polarise is left out."""
+    """The worst of all pairs; a material that does not polarize is left out."""
     if not m.polarizes:
         return
     usual, hard = [w[::EVERY] for w in pairs(some(m, PAIRS))], exact_pairs()
@@ -44,4 +44,4 @@ def law(m: Reflectance) -> Findings:
     why = f"the smallest eigenvalue is {lowest:.3g} of the largest, light leaves with a degree of polarization up to "
     why += f"{degree:.4g}{in_channel(m, c, M.shape[1])}; {(below > TOLERANCE).mean():.2g} of the matrices cannot be"
     rule = "largest excess of eigenvalues below 0 and of polarization above 1 = {value} <= {tolerance}"
-    yield at_most("realisability", value, TOLERANCE, rule, degrees(wi[at], wo[at]), why)
+    yield at_most("realizability", value, TOLERANCE, rule, degrees(wi[at], wo[at]), why)
