@@ -246,7 +246,7 @@ def _sampling(
     yield from table(Case(f"sample of {name}; compared: mean weights", n, moved, [ours], [peer]), rounds)
 
 
-def _mean_weight(sample: gn.Sample) -> np.ndarray:
+def _mean_weight(sample: gn.results.Sample) -> np.ndarray:
     return sample.weight.reshape(len(sample.pdf), -1).mean(axis=0, dtype=np.float64)
 
 

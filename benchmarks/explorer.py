@@ -107,8 +107,8 @@ def files(folder: Path) -> list[Path]:
     """A table of 20 MB, which netCDF packs into 14, and one in MERL's own size, 35 MB."""
     m = gn.expression(MIXED)
     netcdf, binary = folder / "table.nc", folder / "large.binary"
-    gn.save(gn.tabulate(m, resolution=(90, 90, 103)), netcdf)
-    gn.save(gn.tabulate(m, resolution=(90, 90, 180)), binary, format=merl.NAME)
+    gn.save(gn.tables.tabulate(m, resolution=(90, 90, 103)), netcdf)
+    gn.save(gn.tables.tabulate(m, resolution=(90, 90, 180)), binary, format=merl.NAME)
     return [netcdf, binary]
 
 

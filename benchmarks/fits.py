@@ -131,9 +131,9 @@ def texels():
     f *= 1.0 + 0.01 * random.standard_normal(f.shape)
     model, by = gn.Lambertian() + 1.0 * gn.Microfacet(gn.GGX(), gn.Schlick(0.04)), ["rho", "weight", "alpha"]
     for threads in (1, 2):
-        gn.threads(threads)
+        gn.engine.threads(threads)
         for loss in ("cosine", "log"):
-            seconds, found = best(lambda loss=loss: gn.fit_map(wi, wo, f, model, loss, by=by), 3)
+            seconds, found = best(lambda loss=loss: gn.fitting.fit_map(wi, wo, f, model, loss, by=by), 3)
             off = np.median(np.abs(found.values["1.of.distribution.alpha_x"] / alpha[:, 0, 0] - 1.0))
             told = f"alpha is off by {off:.2%} in the median; flagged: {found.count() or 'none'}"
             print(f"{shape[0]} texels, {threads} threads, {loss}: {shape[0] / seconds:.0f} texels a second; {told}")
@@ -166,7 +166,7 @@ def elsewhere(trials=400):
         rows = rows[(wi[rows, 2] > 0.15) & (wo[rows, 2] > 0.15)]
         wi, wo = wi[rows], wo[rows]
         exact = m.f(wi, wo)
-        truth = gn.fit_problem((wi, wo, exact), m).x0
+        truth = gn.fitting.fit_problem((wi, wo, exact), m).x0
         for what, u in (
             ("1% of f", 0.01 * exact),
             ("constant", np.full(len(exact), 0.01 * exact.mean())),
@@ -193,7 +193,7 @@ def few(trials=300):
             rows = rows[(wi[rows, 2] > 0.15) & (wo[rows, 2] > 0.15)][:count]
             wi, wo = wi[rows], wo[rows]
             exact, held = truth.f(wi, wo), np.zeros(4)
-            numbers = gn.fit_problem((wi, wo, exact), truth).x0
+            numbers = gn.fitting.fit_problem((wi, wo, exact), truth).x0
             for seed in range(trials):
                 f = exact * (1.0 + 0.03 * np.random.default_rng(20_000 + seed).standard_normal(count))
                 intervals = gn.fit((wi, wo, f), truth, starts=1).interval().values()

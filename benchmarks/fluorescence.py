@@ -77,7 +77,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--rounds", type=int, default=40)
     options = parser.parse_args()
-    gn.threads(1)
+    gn.engine.threads(1)
     heads = [f"{count} pairs" for count in BATCHES]
     lines = [
         *machine(3)[:3],

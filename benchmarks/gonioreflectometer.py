@@ -176,7 +176,7 @@ def grooves() -> list[str]:
 def energy() -> list[str]:
     """What comes back from white mirrors, by surface."""
     lines = [f"{'white mirrors':50}{'back':>10}{'still inside':>14}{'lost':>10}"]
-    for surface in (gn.surfaces.gaussian(0.4), gn.surfaces.threads(), gn.surfaces.spheres(0.4), gn.surfaces.brushed()):
+    for surface in (gn.surfaces.gaussian(0.4), gn.surfaces.weave(), gn.surfaces.spheres(0.4), gn.surfaces.brushed()):
         around = None if surface.turn == 0.0 else 0.3
         named = {"phi_i": around, "bounces": 200, "error": 0.5, "rays": 1 << 17}
         m = gn.gonioreflectometer(surface, theta_i=np.radians([0.0, 45.0, 75.0]), **named)

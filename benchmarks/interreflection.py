@@ -32,7 +32,7 @@ def timed(patches: int) -> None:
     scene = box()
     for _ in range(2):
         wall, work = time.perf_counter(), time.process_time()
-        light = gn.radiosity(scene, patches=patches, method="rays")
+        light = gn.scenes.radiosity(scene, patches=patches, method="rays")
         wall, work = time.perf_counter() - wall, time.process_time() - work
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     total = (light.balance + light.escaped).round(4)
@@ -42,7 +42,7 @@ def timed(patches: int) -> None:
     )
 
 
-def reference(scene: gn.Scene, light: gn.Radiosity, seed: int) -> np.ndarray:
+def reference(scene: gn.Scene, light: gn.results.Radiosity, seed: int) -> np.ndarray:
     """Irradiance (n, 3) of the patches by Mitsuba's `path`."""
     with tempfile.TemporaryDirectory() as folder:
         loaded = loaded_by_mitsuba(scene, Path(folder))
@@ -76,7 +76,7 @@ def loaded_by_mitsuba(scene: gn.Scene, folder: Path) -> Any:
     return mi.load_dict(world)
 
 
-def irradiance(loaded: Any, light: gn.Radiosity, seed: int) -> np.ndarray:
+def irradiance(loaded: Any, light: gn.results.Radiosity, seed: int) -> np.ndarray:
     """Irradiance (n, 3) of the patches of a scene in Mitsuba."""
     import drjit as dr
     import mitsuba as mi
@@ -105,7 +105,7 @@ def irradiance(loaded: Any, light: gn.Radiosity, seed: int) -> np.ndarray:
 
 def compared(patches: int) -> None:
     scene = box()
-    light = gn.radiosity(scene, patches=patches, method="rays")
+    light = gn.scenes.radiosity(scene, patches=patches, method="rays")
     a, b = (reference(scene, light, seed) for seed in (1, 2))
     area = np.linalg.norm(
         np.cross(light.corners[:, 1] - light.corners[:, 0], light.corners[:, 2] - light.corners[:, 0]), axis=1

@@ -70,10 +70,10 @@ def main() -> None:
     for name, (layers, base) in LIT.items():
         m = gn.Stack(layers, base)
         m.f(wi[:1], wo[:1])
-        gn.white_sky_albedo(gn.Stack(layers, base, tolerance=0.1))  # compiles
+        gn.remote_sensing.white_sky_albedo(gn.Stack(layers, base, tolerance=0.1))  # compiles
         calls = [partial(gn.albedo, m, w) for w in (steep[:1], steep, wi[:100_000])]
         took = []
-        for call in (*calls, *2 * [partial(gn.white_sky_albedo, m)]):
+        for call in (*calls, *2 * [partial(gn.remote_sensing.white_sky_albedo, m)]):
             start = time.perf_counter()
             call()
             took.append((time.perf_counter() - start) * 1e3)

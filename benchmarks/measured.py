@@ -125,7 +125,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="formats; all if none is named")
     parser.add_argument("--out", type=Path, help="file for the table")
     asked = parser.parse_args()
-    gn.threads(THREADS)
+    gn.engine.threads(THREADS)
     lines = machine(ROUNDS)
     print("\n".join(lines), flush=True)
 

@@ -30,7 +30,7 @@ MATERIALS = {
 EYE, ANGLE = [0.0, -5.0, 1.0], 0.5
 
 
-def bumpy(rows: int) -> gn.Mesh:
+def bumpy(rows: int) -> gn.scenes.Mesh:
     """A sphere with bumps: rows of 2 rows columns of quadrilaterals."""
     theta = np.linspace(0.0, math.pi, rows + 1)[1:-1, None]
     phi = np.linspace(0.0, 2.0 * math.pi, 2 * rows, endpoint=False)
@@ -46,17 +46,17 @@ def bumpy(rows: int) -> gn.Mesh:
     follows = (k + 1) % (2 * rows)
     caps = [np.stack([0 * k + top, k, follows], -1), np.stack([0 * k + bottom, last + follows, last + k], -1)]
     faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1), *caps])
-    return gn.Mesh((np.concatenate([around, [[0.0, 0.0, 0.9], [0.0, 0.0, -0.9]]]), faces), crease=math.pi)
+    return gn.scenes.Mesh((np.concatenate([around, [[0.0, 0.0, 0.9], [0.0, 0.0, -0.9]]]), faces), crease=math.pi)
 
 
-def normals_of(mesh: gn.Mesh) -> np.ndarray:
+def normals_of(mesh: gn.scenes.Mesh) -> np.ndarray:
     """Those of the vertices (V, 3), from the corners that all have the same there."""
     found = np.zeros_like(mesh.triangles.vertices)
     found[mesh.triangles.faces.reshape(-1)] = mesh.normals[:, 3:].reshape(-1, 3)
     return found
 
 
-def scene_of(mi, mesh: gn.Mesh, bsdf: dict, light: gn.EnvironmentLight, size: int, samples: int, sampler: str):
+def scene_of(mi, mesh: gn.scenes.Mesh, bsdf: dict, light: gn.EnvironmentLight, size: int, samples: int, sampler: str):
     """The same scene in Mitsuba."""
     triangles = mesh.triangles
     held = mi.Mesh("mesh", len(triangles.vertices), len(triangles.faces), has_vertex_normals=True)
@@ -103,13 +103,13 @@ def error(a: np.ndarray, truth: np.ndarray) -> float:
     return float((np.square(a - truth) / (truth * truth + 1e-2)).mean())
 
 
-def compared(mi, mesh: gn.Mesh, m: gn.Reflectance, bsdf: dict, size: int, samples: int, repeats: int) -> str:
+def compared(mi, mesh: gn.scenes.Mesh, m: gn.Reflectance, bsdf: dict, size: int, samples: int, repeats: int) -> str:
     """A line of figures."""
     light, count = gn.EnvironmentLight.studio(), size * size * samples / 1e6
-    camera = gn.Camera(EYE, field_of_view=ANGLE)
+    camera = gn.scenes.Camera(EYE, field_of_view=ANGLE)
     scenes = [scene_of(mi, mesh, bsdf, light, size, samples, kind) for kind in ("independent", "multijitter")]
 
-    def ours(seed: int = 0, more: int = 1) -> gn.Image:
+    def ours(seed: int = 0, more: int = 1) -> gn.scenes.Image:
         return gn.render(m, light, mesh, size, samples * more, seed, camera=camera)
 
     def theirs(k: int = 0, seed: int = 0, more: int = 1) -> np.ndarray:

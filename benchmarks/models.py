@@ -74,7 +74,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="models; all if none is named")
     parser.add_argument("--out", type=Path, help="file for the table")
     asked = parser.parse_args()
-    gn.threads(THREADS)
+    gn.engine.threads(THREADS)
     lines = [*machine(ROUNDS), "", f"Millions per second, and beside GGX with F = 1 (alpha 0.3); N = {COUNT}, float32."]
     lines.append(f"{'':<34}" + "".join(f"{method:>8} {'/GGX':>7}  " for method in METHODS).rstrip())
     print("\n".join(lines), flush=True)

@@ -27,7 +27,7 @@ NORMAL = np.stack([X, -np.sqrt(1.0 - X * X - Z * Z, where=SPHERE, out=np.zeros(X
 def directions(count):
     """Unit vectors to lamps about the camera."""
     k = np.arange(count)
-    return gn.to_world(gn.direction(np.arccos(1.0 - 0.43 * (k + 0.5) / count), 2.39 * k), normal=WO)
+    return gn.directions.to_world(gn.direction(np.arccos(1.0 - 0.43 * (k + 0.5) / count), 2.39 * k), normal=WO)
 
 
 def images(m, lamps, cast=0.0, seed=0):
@@ -72,10 +72,10 @@ def ways(count):
     colours = np.stack([values, 0.5 * values, 0.2 * values], axis=-1)
     place = np.tile(NORMAL, (4, 1))
     return values.shape[1], {
-        "gonio": lambda: gn.photometric_stereo(values, far),
-        "gonio, near lamps": lambda: gn.photometric_stereo(close, near, position=place),
-        "gonio, RGB": lambda: gn.photometric_stereo(colours, far, coloured=True),
-        "gonio, cauchy": lambda: gn.photometric_stereo(values, far, robust="cauchy"),
+        "gonio": lambda: gn.reconstruction.photometric_stereo(values, far),
+        "gonio, near lamps": lambda: gn.reconstruction.photometric_stereo(close, near, position=place),
+        "gonio, RGB": lambda: gn.reconstruction.photometric_stereo(colours, far, coloured=True),
+        "gonio, cauchy": lambda: gn.reconstruction.photometric_stereo(values, far, robust="cauchy"),
         "numpy.linalg.lstsq, all values": lambda: lstsq(values, w),
         "numpy masked normal equations": lambda: masked(values, w),
     }
@@ -115,9 +115,11 @@ def errors():
                 normals = {
                     "lstsq": lstsq(values, w),
                     "masked": masked(values, w),
-                    "gonio": gn.photometric_stereo(values, lamps).normal,
-                    "with shadow": gn.photometric_stereo(values, lamps, shadow=5.0 * NOISE).normal,
-                    "and cauchy": gn.photometric_stereo(values, lamps, shadow=5.0 * NOISE, robust="cauchy").normal,
+                    "gonio": gn.reconstruction.photometric_stereo(values, lamps).normal,
+                    "with shadow": gn.reconstruction.photometric_stereo(values, lamps, shadow=5.0 * NOISE).normal,
+                    "and cauchy": gn.reconstruction.photometric_stereo(
+                        values, lamps, shadow=5.0 * NOISE, robust="cauchy"
+                    ).normal,
                 }
                 kept = faced & np.all([np.isfinite(x).all(axis=-1) for x in normals.values()], axis=0)
                 off = {way: angles(found)[kept] for way, found in normals.items()}
@@ -136,7 +138,7 @@ def calibration():
         exact = [gn.reflected_radiance(m, lamp, [0, 0, 1], normal=normal) for lamp in lamps]
         values = np.stack(exact) + NOISE * random.standard_normal((count, *exact[0].shape))
         for robust, u in (("none", NOISE), ("none", None), ("cauchy", None)):
-            found = gn.photometric_stereo(values, lamps, u=u, robust=robust, coloured=True)
+            found = gn.reconstruction.photometric_stereo(values, lamps, u=u, robust=robust, coloured=True)
             off = 2.0 * np.arcsin(0.5 * np.linalg.norm(found.normal - normal, axis=-1)) / found.normal_stderr
             z = (found.albedo - 0.5) / found.albedo_stderr
             said = "u given" if u else "from scatter"

@@ -58,13 +58,13 @@ def compare(name: str, data: gn.Reflectance, model: gn.Reflectance, truth: np.nd
     print(name)
     for n in (8, 16):
         for criterion in ("D", "A"):
-            planned = gn.plan(model, n, criterion, noise=NOISE)
+            planned = gn.planning.plan(model, n, criterion, noise=NOISE)
             numbers = shown(data, planned.wi, planned.wo, model)
             c = np.cov(numbers.T), planned.covariance
             ratio = np.exp(np.subtract(*(np.linalg.slogdet(x)[1] for x in c)) / (2 * len(truth)))
             worth = f"worth {planned.regular:.0f} of all directions, {planned.in_plane:.0f} in the plane of incidence"
             tell(f"{n} planned, {criterion}, {worth}; errors {ratio:.3f} of those promised", numbers, truth)
-        robust = gn.plan(model, n, "A", noise=NOISE, misfit=MISFIT)
+        robust = gn.planning.plan(model, n, "A", noise=NOISE, misfit=MISFIT)
         tell(f"{n} planned, A, misfit {MISFIT:.0%}", shown(data, robust.wi, robust.wo, model), truth)
     for azimuths in (3, 9):
         for n in (16, 32, 64, 128):

@@ -64,7 +64,7 @@ def speed() -> list[str]:
 
 
 if __name__ == "__main__":
-    gn.threads(1)
+    gn.engine.threads(1)
     head = [
         f"{date.today()}; {processor()}; one thread; {COUNT} pairs; medians of {ROUNDS} rounds in turn",
         f"Python {platform.python_version()}, numpy {np.__version__}",

@@ -87,17 +87,17 @@ def left_out() -> None:
     wi, wo = gn.direction(theta_i, 0.0 * theta_i), gn.direction(theta_o, 2.0 * np.pi * u[2])
     up = (wi[:, 2] > 0.02) & (wo[:, 2] > 0.02)
     wi, wo = wi[up], wo[up]
-    can = gn.Goniometer().pairs()
+    can = gn.planning.Goniometer().pairs()
     errors, shares, promised = defaultdict(list), defaultdict(list), defaultdict(list)
     for fold in range(20):
         rest = [m for k, (_, m) in enumerate(every) if k % 20 != fold]
-        bases = {x: gn.reflectance_basis(rest, departure=x) for x in (0.0, 0.05)}
+        bases = {x: gn.reconstruction.reflectance_basis(rest, departure=x) for x in (0.0, 0.05)}
         f_there = np.concatenate([m.f(wi, wo) for m in rest], axis=1)
         for n in (5, 10, 20):
             some = random.choice(len(can[0]), n, replace=False)
             ways: dict[str, Pairs] = {"regular": regular(n), "random": (can[0][some], can[1][some])}
             for x, basis in bases.items():
-                planned = gn.plan_table(n, basis, noise=NOISE)
+                planned = gn.planning.plan_table(n, basis, noise=NOISE)
                 ways[f"planned, departure {x:g}"] = planned.wi, planned.wo
             for way, (a, b) in ways.items():
                 both = np.concatenate([wi, a]), np.concatenate([wo, b])
@@ -108,7 +108,7 @@ def left_out() -> None:
                     truth = m.f(wi, wo)
                     f = m.f(a, b)
                     f = f * (1.0 + NOISE * random.standard_normal(f.shape))
-                    found = gn.reconstruct((a, b, f, NOISE * f), own)
+                    found = gn.reconstruction.reconstruct((a, b, f, NOISE * f), own)
                     off = np.log(found.reflectance.f(wi, wo) / truth)
                     errors[n, way, "ours"] += (off**2).mean(axis=0).tolist()
                     promised[n, way] += np.square(found.error).tolist()
@@ -128,7 +128,7 @@ def _told(squares: np.ndarray) -> str:
     return f"{np.sqrt(squares.mean()):.4f} [{np.sqrt(np.median(squares)):.4f}]"
 
 
-def _deviation(found: gn.Reconstruction) -> gn.Gridded:
+def _deviation(found: gn.results.Reconstruction) -> gn.Gridded:
     """The standard deviation of ln f as a table."""
     return found.reflectance.with_table(found.log_u)
 
@@ -145,7 +145,7 @@ def measured(path: str) -> None:
         u = np.random.default_rng(0).random((3, 20_000))
         theta_i, theta_o = (np.arcsin(np.sin(LIMIT) * np.sqrt(x)) for x in u[:2])
         at = gn.direction(theta_i, 0.0 * theta_i), gn.direction(theta_o, 2.0 * np.pi * u[2])
-        can = gn.Goniometer().pairs()
+        can = gn.planning.Goniometer().pairs()
         truth, value = (np.reshape(m.f(*pairs), (len(pairs[0]), -1)) for pairs in (at, can))
         good = (value > 0.0).all(axis=1)
         can, value = (can[0][good], can[1][good]), value[good]
@@ -154,14 +154,14 @@ def measured(path: str) -> None:
     rows = {key: k for k, key in enumerate(_keys(*can))}
     random = np.random.default_rng(0)
     for n in (5, 10, 20, 50):
-        planned = gn.plan_table(n, candidates=can)
+        planned = gn.planning.plan_table(n, candidates=can)
         ways = {
             "planned": np.array([rows[key] for key in _keys(planned.wi, planned.wo)]),
             "random": random.choice(len(value), n, replace=False),
         }
         for way, some in ways.items():
             data = can[0][some], can[1][some], value[some]
-            found = gn.reconstruct(data)
+            found = gn.reconstruction.reconstruct(data)
             off = np.log(np.reshape(found.reflectance.f(*at), truth.shape) / truth)
             deviation = np.reshape(_deviation(found).f(*at), truth.shape)
             share = np.average((np.abs(off) < 2.0 * deviation).mean(axis=1), weights=weights)
@@ -182,13 +182,13 @@ def unlike(paths: list[str]) -> None:
     cosine = np.minimum(wi[:, 2], wo[:, 2])
     materials = {text: gn.expression(text) for text in UNLIKE} | {Path(x).name: gn.load(x) for x in paths}
     for n in (10, 20):
-        planned, means = gn.plan_table(n), []
+        planned, means = gn.planning.plan_table(n), []
         for name, m in materials.items():
             truth, value = (np.reshape(m.f(*at), (len(at[0]), -1)) for at in ((wi, wo), (planned.wi, planned.wo)))
             rows = []
             for seed in range(3):
                 noisy = value * (1.0 + NOISE * np.random.default_rng(seed).standard_normal(value.shape))
-                found = gn.reconstruct((planned.wi, planned.wo, noisy, NOISE * value))
+                found = gn.reconstruction.reconstruct((planned.wi, planned.wo, noisy, NOISE * value))
                 low, high = (np.reshape(x.f(wi, wo), truth.shape) for x in found.interval(0.95))
                 within = ((low <= truth) & (truth <= high)).mean(axis=1)
                 held = [within[cosine > least].mean() for least in (0.0, 0.25, 0.5)]
@@ -213,15 +213,15 @@ def main() -> None:
     """Print all comparisons."""
     print("\n".join(timing.machine(3)))
     start = time.perf_counter()
-    gn.reflectance_basis()
+    gn.reconstruction.reflectance_basis()
     times = [time.perf_counter() - start]
     for n in (5, 10, 20):
         start = time.perf_counter()
-        planned = gn.plan_table(n)
+        planned = gn.planning.plan_table(n)
         times.append(time.perf_counter() - start)
     f = gn.material("blue-fabric").f(planned.wi, planned.wo)
     start = time.perf_counter()
-    gn.reconstruct((planned.wi, planned.wo, f))
+    gn.reconstruction.reconstruct((planned.wi, planned.wo, f))
     times.append(time.perf_counter() - start)
     basis, *plans, one = times
     told = ", ".join(f"{t:.2f}" for t in plans)

@@ -46,7 +46,7 @@ def _known(kind: Any, alphas: list[tuple[float, float]]) -> None:
     rows = []
     for x, y in alphas:
         facets = kind(x, y)
-        found = gn.retro_facets(gn.Microfacet(facets, gn.Schlick(0.9)))
+        found = gn.reconstruction.retro_facets(gn.Microfacet(facets, gn.Schlick(0.9)))
         near: Any = (found.ggx if kind is gn.GGX else found.beckmann).distribution
         D = np.abs(found.facets.D(w) - facets.D(w)).max() / float(facets.D(pole))
         off = [abs(near.alpha_x / x - 1.0), abs(near.alpha_y / y - 1.0)]
@@ -68,7 +68,7 @@ def _published(path: str) -> None:
     print(f"{Path(path).name}: projected area of the stored D beside the stored one: within {error:.1e}")
     weight = np.sin(2.0 * theta) * np.gradient(theta)
     for masking in ("view", "height_correlated"):
-        found = gn.retro_facets(m, masking=masking).facets.D(w)
+        found = gn.reconstruction.retro_facets(m, masking=masking).facets.D(w)
         apart = (np.abs(found - stored.D(w)) * weight).sum() / ((found + stored.D(w)) * weight).sum()
         print(f'  masking="{masking}": {apart:.1%} of the facets are elsewhere than in the stored D')
     _beside(m)
@@ -76,7 +76,7 @@ def _published(path: str) -> None:
 
 def _beside(m: Any) -> None:
     fit = gn.fit(m, MODEL, "log")
-    plain, less = gn.retro_facets(m), gn.retro_facets(m, diffuse=_least(m))
+    plain, less = gn.reconstruction.retro_facets(m), gn.reconstruction.retro_facets(m, diffuse=_least(m))
     print(
         f"  rms of the log loss: fit of Lambertian + GGX {fit.rms:.4f}; extracted model {_rms(m, plain.model):.4f}, "
         f"with a diffuse part {_rms(m, less.model):.4f}, F0 and that part fitted {_rms(m, _coloured(m, less)):.4f}"
@@ -110,12 +110,12 @@ def _built_in(names: list[str]) -> None:
         m = gn.material(name)
         fit, fit_time = _timed(lambda m=m: gn.fit(m, MODEL, "log"))
         rho = _least(m)
-        found, found_time = _timed(lambda m=m, rho=rho: gn.retro_facets(m, diffuse=rho))
+        found, found_time = _timed(lambda m=m, rho=rho: gn.reconstruction.retro_facets(m, diffuse=rho))
         times.append(found_time / fit_time)
-        plain = gn.retro_facets(m)
+        plain = gn.reconstruction.retro_facets(m)
         models = {
             "the fit": fit.model,
-            "extracted, masking of the published method": gn.retro_facets(m, masking="view").model,
+            "extracted, masking of the published method": gn.reconstruction.retro_facets(m, masking="view").model,
             "extracted": plain.model,
             "extracted, F0 and a Lambertian part fitted": _coloured(m, plain),
             "extracted beside a diffuse part": found.model,

@@ -1,10 +1,10 @@
 """How near source texts come to gonio's own values: python benchmarks/source.py [--out FILE]
 
-`gn.source` of every model, as the manual draws it, compiled and run: C by cc; CUDA, HLSL and OSL by g++ with a few
-lines of C++ in place of their own compilers; GLSL (WebGL 2) and WGSL (WebGPU) by headless Chromium on SwiftShader, that
-is, on the processor. 192 pairs of directions for each model; the largest difference from gonio's float32 values:
-relative to the value, or to a thousandth of the largest one, for a sampled direction absolute; of weight and density of
-a sample times its cosine. Polarizing models alone have `mueller`.
+`gn.engine.shader_source` of every model, as the manual draws it, compiled and run: C by cc; CUDA, HLSL and OSL by g++
+with a few lines of C++ in place of their own compilers; GLSL (WebGL 2) and WGSL (WebGPU) by headless Chromium on
+SwiftShader, that is, on the processor. 192 pairs of directions for each model; the largest difference from gonio's
+float32 values: relative to the value, or to a thousandth of the largest one, for a sampled direction absolute; of
+weight and density of a sample times its cosine. Polarizing models alone have `mueller`.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ def shortest(call: Callable[[], Any]) -> float:
 def main() -> None:
     """A line for each number of wavelengths."""
     print("\n".join(timing.machine(3)))
-    gn.threads(1)
+    gn.engine.threads(1)
     rng = np.random.default_rng(0)
     directions = [gn.direction(np.arccos(np.sqrt(u[:, 0])), 2.0 * np.pi * u[:, 1]) for u in rng.random((2, PAIRS, 2))]
     for dtype in ("float32", "float64"):

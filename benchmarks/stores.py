@@ -23,7 +23,7 @@ import xarray
 
 import gonio as gn
 from gonio.base import identity as identities
-from gonio.fitting import fit_many as many
+from gonio.fitting import many
 from gonio.fitting.maps import map_chunks
 from gonio.scenes import passes
 
@@ -33,7 +33,7 @@ COUNT, TEXELS = 6, (6, 4)
 def work(random: np.random.Generator) -> dict[str, Any]:
     """What goes into fits, as plain arrays."""
     up = np.array([0.0, 0.0, 1.0])
-    w = [gn.normalize(random.normal(size=(*TEXELS, COUNT, 3)) * 0.4 + up) for _ in range(2)]
+    w = [gn.directions.normalize(random.normal(size=(*TEXELS, COUNT, 3)) * 0.4 + up) for _ in range(2)]
     return {
         "f": random.uniform(0.05, 0.2, (*TEXELS, COUNT)),
         "u": random.uniform(0.01, 0.02, (*TEXELS, COUNT)),
@@ -58,7 +58,9 @@ def changed(given: dict[str, Any], part: str, random: np.random.Generator) -> di
         new = given[part].copy()
         at = int(random.integers(new.size))
         if part in ("wi", "wo"):
-            new.reshape(-1, 3)[at // 3] = gn.normalize(new.reshape(-1, 3)[at // 3] + 1e-9 * random.normal(size=3))
+            new.reshape(-1, 3)[at // 3] = gn.directions.normalize(
+                new.reshape(-1, 3)[at // 3] + 1e-9 * random.normal(size=3)
+            )
         else:
             new.reshape(-1)[at] = np.nextafter(new.reshape(-1)[at], new.dtype.type(9.0))
         if np.array_equal(new, given[part]):
@@ -83,7 +85,7 @@ def of_map(folder: Path, given: dict[str, Any]) -> Callable[[], Any]:
     arrays = {n: xarray.DataArray(given[n], dims=names).chunk(y=2, x=2) for n in ("f", "u")}
     for n in ("wi", "wo"):
         arrays[n] = xarray.DataArray(given[n], dims=(*names, "xyz"))
-    return lambda: gn.fit_map_chunks(
+    return lambda: gn.fitting.fit_map_chunks(
         arrays["wi"], arrays["wo"], arrays["f"], model(given, False), u=arrays["u"], output=folder / "fits.zarr",
         **given["options"],
     )  # fmt: skip
@@ -96,7 +98,7 @@ def of_table(folder: Path, given: dict[str, Any]) -> Callable[[], Any]:
     more = {"uncertainty": np.resize(given["u"], values.shape), "channels": [f"{k}" for k in range(values.shape[-1])]}
     gn.save(gn.Gridded("angles", axes, values, channels=more["channels"]), folder / "a.nc")
     sources = {"a": folder / "a.nc", "b": gn.Gridded("angles", axes, values, **more)}
-    return lambda: gn.fit_many(
+    return lambda: gn.fitting.fit_many(
         sources, {"m": model(given, True)}, given["options"]["loss"].replace("likelihood", "log"), starts=1,
         output=folder / "fits.csv",
     )  # fmt: skip
@@ -185,12 +187,12 @@ def shares(folder: Path) -> None:
         for _ in range(2):
             start = time.perf_counter()
             output = folder / f"{len(name)}.zarr"
-            gn.fit_map_chunks(scan["wi"], scan["wo"], f, model, loss, by=by, output=output)
+            gn.fitting.fit_map_chunks(scan["wi"], scan["wo"], f, model, loss, by=by, output=output)
             times.append(time.perf_counter() - start)
         values = f.values
         hashed = time.perf_counter()
         identities.identity(values)
-        hashed = (time.perf_counter() - hashed) / gn.threads()
+        hashed = (time.perf_counter() - hashed) / gn.engine.threads()
         texels = f.size // f.shape[-1]
         shares = [f"{100 * x / times[0]:.1f} %" for x in (hashed, times[1])]
         print(f"{texels} texels by {name}: fitted in {times[0]:.1f} s")

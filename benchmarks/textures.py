@@ -86,7 +86,7 @@ def mitsuba(
 
 
 def main(rounds: int = 31) -> None:
-    gn.threads(1)
+    gn.engine.threads(1)
     print("\n".join(machine(3)), "\n")
     calls = lines()
     for call in calls.values():

@@ -149,7 +149,7 @@ def main() -> None:
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb")
-    gn.threads(1)
+    gn.engine.threads(1)
     print("\n".join(timing.machine(7)[:3]), end="\n\n")
     for part in (agreement(mi), sampling(mi), laws(), speed()):
         print("\n".join(part), end="\n\n")

@@ -1,8 +1,8 @@
 """Bring the pages of the manual and the stub up to date:
 python3 dev.py docs [--text] [--laws] [--pictures [NAME ...]]
 
-Some files are written anew as a whole: src/gonio/__init__.pyi, docs/formats.md, and all in docs/models/ but
-docs/models/choose.md. In pages written by hand only the text between <!-- made: NAME --> and <!-- end --> is.
+Some files are written anew as a whole: the stubs of gonio and its namespaces, docs/formats.md, and all in docs/models/
+but docs/models/choose.md. In pages written by hand only the text between <!-- made: NAME --> and <!-- end --> is.
 
 Verdicts on docs/models/laws.md and pictures of models are made where they are missing, for they take seconds each;
 those of former models are removed. --text leaves pictures alone; --laws makes every verdict anew; --pictures the
@@ -65,7 +65,7 @@ BLOCKS: dict[str, tuple[Path, Callable[[], str]]] = {
 def pages(anew: bool = False) -> dict[Path, str]:
     """Every page that is made, as a whole or in part: path -> text. `anew`: every verdict too."""
     models, laws_page = DOCS / "models", DOCS / "models" / "laws.md"
-    texts = {DOCS / "formats.md": as_page(format_table()), stubs.PAGE: stubs.text()}
+    texts = {DOCS / "formats.md": as_page(format_table())} | stubs.pages()
     texts |= {models / name: text for name, text in model_pages.pages().items()}
     present = laws_page.read_text(encoding="utf-8") if laws_page.exists() and not anew else ""
     texts[laws_page] = model_pages.lawful(present)

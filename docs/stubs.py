@@ -1,6 +1,6 @@
-"""The stub src/gonio/__init__.pyi, for type checkers and editors: `text` makes it, `python3 dev.py docs` writes it.
+"""The stubs of gonio and its namespaces, for type checkers and editors: `python3 dev.py docs` writes `pages`.
 
-Constructors come from the declared parameters, functions from the modules that `gonio.__getattr__` imports on use.
+Constructors come from the declared parameters, functions from the modules that a `__getattr__` imports on use.
 """
 
 import inspect
@@ -12,11 +12,11 @@ from types import ModuleType
 import gonio as gn
 from gonio.declared.contents import Folder
 from gonio.declared.discover import docstring, labelled
+from gonio.declared.namespace import namespaces
 from gonio.formula.classes import parameter_lines, signature, takes_fields
 from gonio.formula.fields import Option
 from gonio.formula.parametrised import Parametrised
 
-PAGE = Path(gn.__file__).with_suffix(".pyi")
 HEAD = '''"""The stub of gonio, for type checkers and editors. Made by `python3 dev.py docs`: do not edit."""
 
 from collections.abc import Callable
@@ -30,15 +30,34 @@ from .declared.version import __version__ as __version__
 '''
 
 
+def pages() -> dict[Path, str]:
+    """File -> text: the stub of gonio, and of each namespace whose names are imported when they are first used."""
+    lazy = [module for _, module in namespaces() if "__getattr__" in vars(module)]
+    return {stub_of(gn): text()} | {stub_of(module): listing(module) for module in lazy}
+
+
+def stub_of(module: ModuleType) -> Path:
+    """The stub beside a module."""
+    return Path(str(module.__file__)).with_suffix(".pyi")
+
+
+def listing(module: ModuleType) -> str:
+    """The stub of a namespace: its names, imported from where they are defined."""
+    up = ".." if Path(str(module.__file__)).stem == "__init__" else "."
+    homes = sorted((getattr(module, name).__module__.removeprefix("gonio."), name) for name in module.__all__)
+    imports = "\n".join(f"from {up}{home} import {name} as {name}" for home, name in homes)
+    return f'"""{docstring(module)}"""\n\n{imports}\n'
+
+
 def text() -> str:
-    """The stub."""
+    """The stub of gonio."""
     imports, definitions = [], []
     for name in gn.__all__:
         value = getattr(gn, name)
         if isinstance(value, Folder):
             definitions.append(f"def {name}() -> {value.contents.__annotations__['return']}: ...")
         elif isinstance(value, ModuleType):
-            imports.append(f"from .{gn._ON_USE.get(name, '')} import {name} as {name}")
+            imports.append(f"from . import {name} as {name}")
         elif isinstance(value, type) and issubclass(value, Parametrised) and takes_fields(value) and value.fields:
             imports.append(f"from {home(name)} import {name} as _{name}")
             definitions.append("\n".join(class_lines(name, value)))

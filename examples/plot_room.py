@@ -11,7 +11,7 @@ import gonio as gn
 
 
 def wall(*corners, colour=(0.75, 0.75, 0.75), exitance=0.0):
-    return gn.Mesh((corners, [[0, 1, 2, 3]]), gn.Lambertian(colour), exitance)
+    return gn.scenes.Mesh((corners, [[0, 1, 2, 3]]), gn.Lambertian(colour), exitance)
 
 
 room = gn.Scene([
@@ -22,7 +22,7 @@ room = gn.Scene([
     wall([1, 0, 0], [1, 0, 1], [1, 1, 1], [1, 1, 0], colour=(0.12, 0.45, 0.10)),
     wall([0.35, 0.35, 0.99], [0.35, 0.65, 0.99], [0.65, 0.65, 0.99], [0.65, 0.35, 0.99], exitance=[18, 15, 10]),
 ])  # fmt: skip
-picture = gn.radiosity(room, patches=8000).image(size=400)
+picture = gn.scenes.radiosity(room, patches=8000).image(size=400)
 
 figure, ax = plt.subplots(figsize=(4.5, 4.5), layout="constrained")
 ax.imshow((2.5 * picture.pixels).clip(0.0, 1.0) ** (1.0 / 2.2), alpha=picture.alpha)

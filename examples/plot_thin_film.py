@@ -16,7 +16,8 @@ thickness = np.linspace(50.0, 900.0, 120)
 theta = np.radians(np.linspace(0.0, 70.0, 90))
 
 colours = [
-    gn.to_colour(gn.ThinFilm(1.33, thickness=d, substrate=1.0).at(nm).F(np.cos(theta)[:, None]), nm) for d in thickness
+    gn.colour.to_colour(gn.ThinFilm(1.33, thickness=d, substrate=1.0).at(nm).F(np.cos(theta)[:, None]), nm)
+    for d in thickness
 ]
 shown = np.clip(4.0 * np.stack(colours, axis=1), 0.0, 1.0) ** (1.0 / 2.2)  # four times as bright as it is
 

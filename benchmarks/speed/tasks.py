@@ -28,7 +28,7 @@ class _Task:
     def setup(self) -> None:
         import gonio as gn
 
-        gn.threads(1)
+        gn.engine.threads(1)
         self.gn = gn
         self.metal = gn.Microfacet(gn.GGX(0.2), gn.Conductor(0.2, 3.9))
         self.paint = gn.Lambertian([0.3, 0.2, 0.1]) + gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5))

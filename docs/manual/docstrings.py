@@ -14,8 +14,8 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, get_args, get_origin
 
-import gonio as gn
 from gonio.declared.arguments import Declared
+from gonio.declared.namespace import places_of
 
 LABEL = re.compile(r"^([A-Z][a-z]+)(?: {2,}(\S.*)|)$")
 ARGUMENT = re.compile(r"^`[\w, *`]+`: ")
@@ -31,9 +31,11 @@ def inline(text: str) -> str:
 def _piece(piece: str) -> str:
     if piece[:1] == "`":
         text = piece.strip("`")
-        name = text.removeprefix("gn.").removesuffix("()")
-        is_named = name in gn.__all__ and (name != text or name[0].isupper())  # `lights` may be an argument
-        return rf"\ :py:obj:`{text} <gonio.{name}>`\ " if is_named else rf"\ ``{text}``\ "
+        place = text.removesuffix("()")
+        place = place if place.startswith("gn.") else f"gn.{place}" if place[:1].isupper() else ""  # `lights` may be
+        places = [*places_of(place.rpartition(".")[2])]  # an argument
+        named = next((p for p in places if p == place or place == f"gn.{p.rpartition('.')[2]}"), None)
+        return rf"\ :py:obj:`{text} <gonio.{named[3:]}>`\ " if named else rf"\ ``{text}``\ "
     if piece[:1] == "$" and len(piece) > 2:
         return rf"\ :math:`{' '.join(piece.strip('$').split())}`\ "
     return re.sub(r"([\\*_|<>])", r"\\\1", piece)

@@ -28,7 +28,7 @@ MATERIALS = {
     "whitened cotton": gn.FluorescentLambertian(COTTON, WHITENER, INTO_BLUE, 0.75).at(NM),
     "highlighter": gn.FluorescentLambertian(PAPER, HIGHLIGHTER, INTO_GREEN, 0.9).at(NM),
 }
-DAYLIGHT = gn.blackbody(6500.0).at(NM)
+DAYLIGHT = gn.spectra.blackbody(6500.0).at(NM)
 LAMPS = {
     "daylight": DAYLIGHT,
     "without ultraviolet": np.where(NM < 415.0, 0.0, DAYLIGHT),

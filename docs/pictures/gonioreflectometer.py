@@ -24,7 +24,7 @@ GLAZE = gn.Lambertian([0.05, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.1), gn.Dielectr
 SURFACES = [
     (gn.surfaces.gaussian(0.35), METAL),
     (gn.surfaces.brushed(0.35), gn.Microfacet(gn.GGX(0.2), METAL.reflectance)),
-    (gn.surfaces.threads(crimp=0.25), SILK),
+    (gn.surfaces.weave(crimp=0.25), SILK),
     (gn.surfaces.spheres(0.4, sunk=0.6), GLAZE),
 ]
 

@@ -83,7 +83,9 @@ def main() -> None:
 
 def compare() -> None:
     smooth, rough = (gn.render(gn.material("gold", alpha=a), size=192, samples=512) for a in (0.2, 0.3))
-    gn.difference(smooth, rough).save(PICTURE.with_name("difference.jpg"), ["alpha = 0.2", "alpha = 0.3"])
+    gn.scenes.picture_difference(smooth, rough).save(
+        PICTURE.with_name("difference.jpg"), ["alpha = 0.2", "alpha = 0.3"]
+    )
 
 
 if __name__ == "__main__":

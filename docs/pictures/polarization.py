@@ -13,7 +13,7 @@ SIZE, SAMPLES = 260, 128
 
 VARNISHED = gn.RoughCoated(gn.Lambertian([0.55, 0.07, 0.04]), alpha=0.12)
 GOLD = gn.Microfacet(gn.GGX(0.25), gn.material("gold").fresnel)
-LAMP = gn.DistantLight(gn.normalize([0.35, -1.0, 0.45]), irradiance=2.2)
+LAMP = gn.DistantLight(gn.directions.normalize([0.35, -1.0, 0.45]), irradiance=2.2)
 
 POLARIZING = {
     "black glass": gn.Microfacet(gn.GGX(0.05), gn.Dielectric(1.5)),
@@ -27,14 +27,14 @@ INK, GROUND = (40, 40, 40), (0.20, 0.28, 0.34)
 FONT = ImageFont.load_default(20)
 
 
-def codes(picture: gn.Image, exposure: float = 0.0, ground: tuple[float, ...] = (1.0, 1.0, 1.0)) -> np.ndarray:
+def codes(picture: gn.scenes.Image, exposure: float = 0.0, ground: tuple[float, ...] = (1.0, 1.0, 1.0)) -> np.ndarray:
     """A picture on a ground, white or another, as sRGB."""
     pixels = np.broadcast_to(picture.pixels, (*picture.pixels.shape[:2], 3))
     alpha = picture.alpha[..., None]
     return alpha * np.clip(srgb_encode(pixels * 2.0**exposure), 0.0, 1.0) + (1.0 - alpha) * np.array(ground)
 
 
-def linear(picture: gn.Image) -> np.ndarray:
+def linear(picture: gn.scenes.Image) -> np.ndarray:
     """A picture of numbers from 0 to 1, black to white, on a ground of its own: white is 1 and no paper."""
     alpha = picture.alpha[..., None]
     return alpha * picture.pixels + (1.0 - alpha) * np.array(GROUND)
@@ -50,8 +50,8 @@ def crossed() -> None:
     rows = []
     for m, exposure in ((VARNISHED, 0.0), (GOLD, 0.3)):
         how = {"size": SIZE, "samples": SAMPLES}
-        plain = gn.render_stokes(m, LAMP, **how).radiance
-        lit = gn.render_stokes(m, LAMP, polarizer=0.0, **how)
+        plain = gn.scenes.render_stokes(m, LAMP, **how).radiance
+        lit = gn.scenes.render_stokes(m, LAMP, polarizer=0.0, **how)
         filtered = [lit.through(psi) for psi in (0.0, np.pi / 2)]
         rows.append([codes(plain, exposure), *(codes(picture, exposure + 1.0) for picture in filtered)])
     save(rows, "crossed_polarizers.jpg")
@@ -61,7 +61,7 @@ def degrees() -> None:
     """Glass, varnish, gold and grass under an even sky: as they look, behind a horizontal analyser, and the degree."""
     sky, rows = gn.ConstantLight(1.0), [[], [], []]
     for m, exposure in zip(POLARIZING.values(), (1.0, 0.5, -0.4, 2.0), strict=True):
-        picture = gn.render_stokes(m, sky, size=SIZE, samples=SAMPLES)
+        picture = gn.scenes.render_stokes(m, sky, size=SIZE, samples=SAMPLES)
         rows[0].append(codes(picture.radiance, exposure))
         rows[1].append(codes(picture.through(0.0), exposure + 1.0))
         rows[2].append(linear(picture.dop()))

@@ -39,12 +39,12 @@ def box() -> gn.Scene:
     white = gn.Lambertian(WHITE)
     return gn.Scene(
         [
-            gn.Mesh(quadrilaterals(floor, ceiling, back, front), white),
-            gn.Mesh(quadrilaterals(left), gn.Lambertian(RED)),
-            gn.Mesh(quadrilaterals(right), gn.Lambertian(GREEN)),
-            gn.Mesh(block([0.34, 0.64], 0.3, 0.6, 0.3), white),
-            gn.Mesh(block([0.68, 0.32], 0.3, 0.3, -0.3), white),
-            gn.Mesh(quadrilaterals(lamp), gn.Lambertian(0.0), exitance=[20.0, 15.0, 8.0]),
+            gn.scenes.Mesh(quadrilaterals(floor, ceiling, back, front), white),
+            gn.scenes.Mesh(quadrilaterals(left), gn.Lambertian(RED)),
+            gn.scenes.Mesh(quadrilaterals(right), gn.Lambertian(GREEN)),
+            gn.scenes.Mesh(block([0.34, 0.64], 0.3, 0.6, 0.3), white),
+            gn.scenes.Mesh(block([0.68, 0.32], 0.3, 0.3, -0.3), white),
+            gn.scenes.Mesh(quadrilaterals(lamp), gn.Lambertian(0.0), exitance=[20.0, 15.0, 8.0]),
         ]
     )
 
@@ -52,9 +52,9 @@ def box() -> gn.Scene:
 def main() -> None:
     from PIL import Image
 
-    light = gn.radiosity(box(), patches=30_000)
+    light = gn.scenes.radiosity(box(), patches=30_000)
     smooth = light.image(size=600)
-    patches = gn.radiosity(box(), patches=3_000).image(size=600, smooth=False)
+    patches = gn.scenes.radiosity(box(), patches=3_000).image(size=600, smooth=False)
     shown = np.concatenate([p.pixels * p.alpha[..., None] for p in (smooth, patches)], axis=1)
     code = np.round(255.0 * srgb_encode(np.clip(2.0 * shown, 0.0, 1.0))).astype(np.uint8)
     Image.fromarray(code).save(Path(__file__).with_suffix(".jpg"), quality=90)

@@ -25,19 +25,19 @@ def ring(radius: float, thick: float, centre: list[float], sides: int = 96) -> t
     return vertices, np.stack([i * sides + j, i * sides + m, k * sides + m, k * sides + j], -1).reshape(-1, 4)
 
 
-def pictures() -> list[gn.Image]:
+def pictures() -> list[gn.scenes.Image]:
     """All of them, in rows of three."""
     studio, floor = gn.EnvironmentLight.studio(), gn.Lambertian(0.4)
-    high = gn.Camera([2.0, -5.0, 2.6], [0.0, 0.0, -0.1], field_of_view=0.5)
+    high = gn.scenes.Camera([2.0, -5.0, 2.6], [0.0, 0.0, -0.1], field_of_view=0.5)
     squares = np.indices((8, 24)).sum(axis=0) % 2
     checked = gn.Texture(np.where(squares[..., None] == 1, [0.5, 0.08, 0.05], [0.6, 0.55, 0.45]), filter="nearest")
     paint = gn.Lambertian([0.1, 0.25, 0.5]) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
     gold, copper = gn.material("gold", alpha=0.25), gn.material("copper", alpha=0.15)
     rings = gn.Scene(
         [
-            gn.Mesh(ring(0.8, 0.2, [0.0, 0.0, 0.2]), gold),
-            gn.Mesh(ring(0.6, 0.17, [0.0, 0.0, 0.55]), paint),
-            gn.Mesh(ring(0.4, 0.14, [0.0, 0.0, 0.85]), copper),
+            gn.scenes.Mesh(ring(0.8, 0.2, [0.0, 0.0, 0.2]), gold),
+            gn.scenes.Mesh(ring(0.6, 0.17, [0.0, 0.0, 0.55]), paint),
+            gn.scenes.Mesh(ring(0.4, 0.14, [0.0, 0.0, 0.85]), copper),
         ]
     )
     lamp = gn.RectangleLight([-1.2, -0.8, 2.0], [0.8, 0.0, 0.0], [0.0, -0.8, 0.0], radiance=14.0)
@@ -48,9 +48,14 @@ def pictures() -> list[gn.Image]:
     options = {"size": SIZE, "samples": SAMPLES}
     return [
         gn.render(gn.Lambertian(checked), studio, "cylinder", camera=high, ground=floor, **options),
-        gn.render(gold, studio, gn.Mesh(ring(0.7, 0.3, [0, 0, 0])), ground=floor, **options),
+        gn.render(gold, studio, gn.scenes.Mesh(ring(0.7, 0.3, [0, 0, 0])), ground=floor, **options),
         gn.render(
-            rings, studio, camera=gn.Camera([-2.4, -3.6, 1.0], [0, 0, 0.45]), ground=floor, backdrop=True, **options
+            rings,
+            studio,
+            camera=gn.scenes.Camera([-2.4, -3.6, 1.0], [0, 0, 0.45]),
+            ground=floor,
+            backdrop=True,
+            **options,
         ),
         gn.render(paint, [lamp, gn.ConstantLight(0.15)], camera=high, ground=floor, **options),
         gn.render(copper, studio, gn.surfaces.HeightField(0.09 * waves, (1 / 192, 1 / 192)), **options),

@@ -14,8 +14,8 @@ NM = np.arange(380.0, 781.0, 5.0)
 THREE = (630.0, 532.0, 465.0)
 
 SUBSTANCES = [
-    gn.Conductor(*gn.refractive_index("gold")),
-    gn.Conductor(*gn.refractive_index("copper")),
+    gn.Conductor(*gn.spectra.refractive_index("gold")),
+    gn.Conductor(*gn.spectra.refractive_index("copper")),
     gn.ThinFilm(1.33, thickness=500.0, substrate=1.0),
     gn.FilmStack(*5 * [gn.Film(1.56, 90.0), gn.Film(1.0, 80.0)], eta=1.56),
 ]

@@ -21,7 +21,7 @@ def noise(scale: float, seed: int) -> np.ndarray:
     rng, total = np.random.default_rng(seed), np.zeros((HEIGHT, WIDTH))
     for octave in range(4):
         for _ in range(8):
-            w = scale * 2.0**octave * gn.normalize(rng.normal(size=3))
+            w = scale * 2.0**octave * gn.directions.normalize(rng.normal(size=3))
             total += 0.5**octave * np.sin(np.tensordot(w, PLACES, 1) + rng.uniform(0.0, 2.0 * np.pi))
     return total / 4.0
 
@@ -58,7 +58,7 @@ def bricks() -> gn.Reflectance:
     which = shade[row.astype(int), np.floor(columns * U + 0.5 * (row % 2)).astype(int) % columns]
     colours = which[..., None] * mixed([0.5, 0.48, 0.44], [0.42, 0.13, 0.07], np.clip(-2.0 * edge, 0.0, 1.0))
     n = np.stack([-np.gradient(height, axis=1), np.gradient(height, axis=0), np.full_like(height, 0.55)], -1)
-    codes = 0.5 * (gn.normalize(n) + 1.0)  # as a .png has them, divided by 255
+    codes = 0.5 * (gn.directions.normalize(n) + 1.0)  # as a .png has them, divided by 255
     return gn.NormalMapped(gn.OrenNayar(gn.Texture(colours), 0.4), *gn.normal_map(codes))
 
 

@@ -63,10 +63,10 @@ def test_directions_have_an_axis_of_components():
 
 def test_albedos_keep_axes():
     matte = gn.Lambertian(ISO)
-    white, black = gn.white_sky_albedo(matte), gn.black_sky_albedo(matte, SUN)
+    white, black = gn.remote_sensing.white_sky_albedo(matte), gn.remote_sensing.black_sky_albedo(matte, SUN)
     assert white.dims == ("y", "x", "band") and black.dims == ("time", "y", "x", "band")
     np.testing.assert_allclose(white.transpose(*ISO.dims), ISO, rtol=1e-4)
-    blue = gn.blue_sky_albedo(matte, SUN, xarray.DataArray([0.0, 1.0], dims="x"))
+    blue = gn.remote_sensing.blue_sky_albedo(matte, SUN, xarray.DataArray([0.0, 1.0], dims="x"))
     assert blue.dims == black.dims
     np.testing.assert_allclose(blue, black, rtol=1e-4)
     both = gn.albedo(matte, gn.direction(SUN, 0.0), error=True)
@@ -111,7 +111,7 @@ def test_dask_computes_later():
         (lazy.f(UP, UP), MAP.f(UP, UP)),
         (lazy.f_angles(SUN, 0.0, 0.2, 1.0), MAP.f_angles(SUN, 0.0, 0.2, 1.0)),
         (MAP.f_angles(SUN.chunk(time=1), 0.0, 0.2, 1.0), MAP.f_angles(SUN, 0.0, 0.2, 1.0)),
-        (gn.white_sky_albedo(gn.Lambertian(ISO.chunk(y=1))), gn.Lambertian(ISO).f(UP, UP) * np.pi),
+        (gn.remote_sensing.white_sky_albedo(gn.Lambertian(ISO.chunk(y=1))), gn.Lambertian(ISO).f(UP, UP) * np.pi),
     ):
         assert isinstance(result.data, dask.array.Array) and result.dims == expected.dims
         np.testing.assert_allclose(result, expected, rtol=1e-6)

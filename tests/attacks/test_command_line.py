@@ -411,7 +411,7 @@ def test_a_resolution_holds_for_what_was_read_from_such_a_file(name, first, aske
 @pytest.mark.parametrize("resolution", [64, 0, "x", (3,), (3000, 3000, 3000)])
 def test_tables_and_datasets_check_their_resolution_too(resolution):
     """`tabulate` and `to_dataset`: the same errors. (D18)"""
-    for make in (gn.tabulate, gn.to_dataset):
+    for make in (gn.tables.tabulate, gn.tables.to_dataset):
         with pytest.raises(Error, match="resolution"):
             make(gn.Lambertian(0.5), resolution=resolution)
 

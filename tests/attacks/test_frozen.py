@@ -163,8 +163,8 @@ def test_other_interpolation_shares_the_table():
 def test_a_dataset_is_copied(tmp_path):
     """A measurement made of a dataset does not change with it. (D23)"""
     m = small_grid()
-    ds = gn.to_dataset(m)
-    made = gn.from_dataset(ds)
+    ds = gn.tables.to_dataset(m)
+    made = gn.tables.from_dataset(ds)
     before = made.f(WI, WO)
     for variable in ds.variables.values():
         if variable.dtype.kind == "f" and variable.values.flags.writeable:

@@ -117,8 +117,8 @@ def test_an_exception_at_any_place_does_no_harm(name, stride):
         "first jacobian": lambda: m.replace().jacobian(wi, wo).f,
         "compile": compiled_anew,
     }
-    work, before = works[name], gn.threads()
-    gn.threads(2)
+    work, before = works[name], gn.engine.threads()
+    gn.engine.threads(2)
     try:
         want = work().copy()
         number = 1
@@ -132,7 +132,7 @@ def test_an_exception_at_any_place_does_no_harm(name, stride):
         assert number > 30
         np.testing.assert_array_equal(work(), want)
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
 
 
 def test_long_calls_are_made_of_pieces(monkeypatch):
@@ -141,7 +141,7 @@ def test_long_calls_are_made_of_pieces(monkeypatch):
     wi = gn.direction(np.linspace(0.0, 1.5, 300_000), 0.3)
     wo = np.broadcast_to(gn.direction(0.4, 2.0), wi.shape)
     m = sum((gn.Microfacet(gn.GGX(0.02 * i), gn.Conductor(0.2, 3.9)) for i in range(1, 20)), gn.Lambertian(0.5))
-    want, before = m.f(wi, wo), gn.threads()
+    want, before = m.f(wi, wo), gn.engine.threads()
     calls: list[int] = []
 
     def counted(count, function, args, outer, inner, grain):
@@ -156,7 +156,7 @@ def test_long_calls_are_made_of_pieces(monkeypatch):
     planning._PATTERNS.clear()
     out = np.full(len(wi), -1.0)
     try:
-        gn.threads(2)
+        gn.engine.threads(2)
         with pytest.raises(TimeoutError, match="from a handler"):
             m.replace().f(wi, wo, out=out)
         done = calls[1]
@@ -168,7 +168,7 @@ def test_long_calls_are_made_of_pieces(monkeypatch):
         np.testing.assert_array_equal(m.replace().f(wi, wo), want)
         assert len(calls) > 2
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
 
 
 def test_a_piece_is_short():
@@ -206,7 +206,7 @@ def compute_all_the_time():
     while not stop:
         gn.Lambertian(0.5).f(many, many)
 
-gn.threads(2)
+gn.engine.threads(2)
 want = gn.Microfacet(gn.GGX(0.3)).f(wo, wo)
 for work in (compile_all_the_time, compile_all_the_time, compute_all_the_time):
     threading.Thread(target=work, daemon=True).start()
@@ -250,7 +250,7 @@ def test_helpers_that_are_gone_are_replaced():
 
 def test_parts_that_nobody_began_are_left_when_one_fails():
     """An error, or an interrupt, in one part: those under way end, no other begins, and then it is raised."""
-    begun, before = [], gn.threads()
+    begun, before = [], gn.engine.threads()
 
     def work(number):
         begun.append(number)
@@ -259,13 +259,13 @@ def test_parts_that_nobody_began_are_left_when_one_fails():
 
     try:
         for count in (1, 4):
-            gn.threads(count)
+            gn.engine.threads(count)
             begun.clear()
             with pytest.raises(KeyboardInterrupt):
                 share(work, [(i,) for i in range(1000)])
             assert 4 <= len(begun) < 1000
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
 
 
 def facets() -> Any:
@@ -274,13 +274,13 @@ def facets() -> Any:
 
 
 def shown() -> Any:
-    mesh = gn.Mesh(([[0, 0, 0], [1, 0, 0], [0, 0, 1]], [[0, 1, 2]]))
+    mesh = gn.scenes.Mesh(([[0, 0, 0], [1, 0, 0], [0, 0, 1]], [[0, 1, 2]]))
     gn.render(gn.Lambertian(0.5), gn.ConstantLight(1.0), mesh, size=4, samples=1)
     return mesh
 
 
 def quoted() -> Any:
-    table = gn.tabulate(gn.Lambertian(0.5), resolution=(4, 4, 6))
+    table = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(4, 4, 6))
     ledger(table, ())
     return table
 

@@ -99,9 +99,9 @@ def test_masked_values_given_later_are_missing():
 
 def test_masks_in_datasets_are_missing():
     """xarray turns masks into NaN. (D12)"""
-    ds = gn.to_dataset(gn.Gridded("angles", AXES, np.full((3, 4, 5), 0.5)))
+    ds = gn.tables.to_dataset(gn.Gridded("angles", AXES, np.full((3, 4, 5), 0.5)))
     ds["values"] = (ds["values"].dims, table())
-    np.testing.assert_array_equal(gn.from_dataset(ds).stored, holed())
+    np.testing.assert_array_equal(gn.tables.from_dataset(ds).stored, holed())
 
 
 def test_tables_of_facets_are_whole():

@@ -27,7 +27,7 @@ import gonio as gn
 from gonio import files
 from gonio.errors import NotFoundError, ParameterError, WriteError
 from gonio.files import _unfinished
-from gonio.pictures.image import Image, read_image
+from gonio.pictures.image import Image, load_image
 
 SOURCE = Path(gn.__file__).parents[1]
 ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -112,7 +112,7 @@ def test_a_store_replaces_a_store(tmp_path):
     """Of both formats, and through a link, which stays; the permissions are kept, inside too. (D3, D19)"""
     zarr()
     path = tmp_path / "m.zarr"
-    gn.to_dataset(grid()).to_zarr(path, zarr_format=3, consolidated=False)
+    gn.tables.to_dataset(grid()).to_zarr(path, zarr_format=3, consolidated=False)
     path.chmod(0o750)
     (path / "zarr.json").chmod(0o640)
     (tmp_path / "link").symlink_to(path)
@@ -228,7 +228,7 @@ def test_a_name_may_be_a_text(tmp_path):
     path = str(tmp_path / "a.png")
     for value in (0.2, 0.8):
         Image(np.full((2, 2, 3), value, "f4")).save(path)
-    assert read_image(path).pixels.min() > 0.7
+    assert load_image(path).pixels.min() > 0.7
 
 
 def test_hard_links_are_not_parted(tmp_path):
@@ -546,7 +546,7 @@ def fitted_into(path: Path) -> None:
     pytest.importorskip("dask")
     f = xarray.DataArray(np.full((4, 3), 0.1), dims=("texel", "observation"), coords={"texel": np.arange(4.0)})
     w = gn.direction([0.1, 0.5, 0.9], 0.0)
-    gn.fit_map_chunks(w, w, f, PLAIN, output=path)
+    gn.fitting.fit_map_chunks(w, w, f, PLAIN, output=path)
 
 
 @pytest.mark.parametrize("name", ["a.zarr", "b.zarr.zip", "fits.zarr"])

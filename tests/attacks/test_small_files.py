@@ -22,7 +22,7 @@ from gonio.formats import csail, utia
 from gonio.formats._reading import tensor_file
 from gonio.lights import _panorama
 from gonio.pictures.files import _source
-from gonio.pictures.image import Image, read_image
+from gonio.pictures.image import Image, load_image
 
 WIDTH, HEIGHT = 4096, 2048
 
@@ -139,7 +139,7 @@ for name in ("OpenEXR", "PIL.Image", "PIL.PngImagePlugin"):
 held = np.ones(10)
 resource.setrlimit(resource.RLIMIT_AS, (memory("VmSize:") + 60_000_000,) * 2)
 try:
-    gn.read_image(sys.argv[1])
+    gn.scenes.load_image(sys.argv[1])
 except gn.Error as error:
     print(type(error).__name__, error)
 """
@@ -153,10 +153,10 @@ def test_a_picture_that_announces_more_than_is_free_is_not_begun(tmp_path, monke
     """What the header announces is held against the memory that is free. (D14)"""
     path = tmp_path / "a.png"
     path.write_bytes(png(300, 200))
-    read_image(path)
+    load_image(path)
     monkeypatch.setattr(_source, "available", lambda: 300 * 200 * 12.0)
     with pytest.raises(gn.errors.TooLargeError, match=r"300 x 200 pixels, which take up to .* GB are free"):
-        read_image(path)
+        load_image(path)
 
 
 def test_the_caller_may_ask_for_fewer_pixels(tmp_path):
@@ -166,9 +166,9 @@ def test_the_caller_may_ask_for_fewer_pixels(tmp_path):
     pixels = np.ones((20, 30, 3), np.float32)
     for name in ("a.exr", "a.hdr", "a.png"):
         Image(pixels).save(tmp_path / name)
-        assert read_image(tmp_path / name, 600).pixels.shape == (20, 30, 3)
+        assert load_image(tmp_path / name, 600).pixels.shape == (20, 30, 3)
         with pytest.raises(errors.FormatError, match=r"30 x 20 pixels, expected 1 to 599"):
-            read_image(tmp_path / name, 599)
+            load_image(tmp_path / name, 599)
     assert _panorama.MOST == 16384 * 8192
 
 
@@ -180,11 +180,11 @@ def test_many_channels_are_counted(tmp_path, monkeypatch):
     openexr.File(header, {f"c{k:03d}": plane for k in range(200)}).write(str(tmp_path / "many.exr"))
     parts = [openexr.Part(dict(header), {"Y": plane}, f"p{k}") for k in range(200)]
     openexr.File(parts).write(str(tmp_path / "parts.exr"))
-    assert read_image(tmp_path / "parts.exr", layer="p7").pixels.shape == (64, 64, 1)
+    assert load_image(tmp_path / "parts.exr", layer="p7").pixels.shape == (64, 64, 1)
     monkeypatch.setattr(_source, "available", lambda: 64 * 64 * 200.0)
     for name in ("many.exr", "parts.exr"):
         with pytest.raises(gn.errors.TooLargeError, match="64 x 64 pixels"):
-            read_image(tmp_path / name)
+            load_image(tmp_path / name)
 
 
 @pytest.mark.parametrize("what", ["fifo", "device", "socket", "folder", "zero"])
@@ -204,7 +204,7 @@ def test_what_is_no_file_is_no_picture(tmp_path, what):
         held.close()
     else:
         path.mkdir()
-    for read in (read_image, gn.EnvironmentLight):
+    for read in (load_image, gn.EnvironmentLight):
         with pytest.raises(gn.Error, match=r"expected a (file|picture)|No such device") as caught:
             read(path)
         assert str(path) in str(caught.value)
@@ -233,9 +233,9 @@ def test_nothing_that_others_print_is_lost_while_pictures_are_read(tmp_path, cap
     thread.start()
     try:
         for _ in range(15):
-            read_image(path)
+            load_image(path)
             with pytest.raises(errors.FormatError, match=r"cannot be decoded|Unable"):
-                read_image(bad)
+                load_image(bad)
     finally:
         stop.set()
         thread.join()

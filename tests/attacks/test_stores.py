@@ -96,7 +96,7 @@ def test_stores_in_zip_files_are_packed_as_stores_are(tmp_path):
 
 def foreign(path: Path, zarr_format: int, **encoding: object) -> Path:
     """The store that xarray writes of a measurement, with chunks of its own."""
-    ds = gn.to_dataset(grid(np.linspace(0.1, 0.9, 18).reshape(3, 2, 3)))
+    ds = gn.tables.to_dataset(grid(np.linspace(0.1, 0.9, 18).reshape(3, 2, 3)))
     chunked = {name: {"chunks": (1, 2, 2)} for name in ("values", "valid")}
     chunked["values"] |= encoding
     ds.to_zarr(path, zarr_format=zarr_format, consolidated=False, encoding=chunked, write_empty_chunks=True)
@@ -175,7 +175,7 @@ def test_chunks_are_found_by_either_separator(zarr_format, separator, tmp_path):
     """Zarr 2 with folders, and 3 without. (D7)"""
     import zarr
 
-    ds = gn.to_dataset(grid())
+    ds = gn.tables.to_dataset(grid())
     group = zarr.open_group(tmp_path / "m.zarr", mode="w", zarr_format=zarr_format)
     coding = {"name": "default" if zarr_format == 3 else "v2", "separator": separator}
     more = {"write_empty_chunks": True}

@@ -200,7 +200,7 @@ def test_the_commands_run_without_any_extra(tmp_path):
 
 def test_what_python_will_change_is_not_relied_on(tmp_path):
     """From Python 3.12 on, asking an XML element whether it is true warns: a file with a Material is read. (D13)"""
-    m = gn.tabulate(gn.Lambertian(0.5))
+    m = gn.tables.tabulate(gn.Lambertian(0.5))
     gn.convert(m, tmp_path / "a.xml", "WINDOW XML")
     with warnings.catch_warnings():
         warnings.simplefilter("error")

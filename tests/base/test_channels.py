@@ -45,7 +45,7 @@ def test_channels_of_wrappers_sums_and_maps():
 
 
 def test_channels_of_tables_are_those_of_f():
-    gray, colour = gn.tabulate(gn.Lambertian(0.5)), gn.tabulate(gn.Lambertian([0.1, 0.2, 0.3]))
+    gray, colour = gn.tables.tabulate(gn.Lambertian(0.5)), gn.tables.tabulate(gn.Lambertian([0.1, 0.2, 0.3]))
     assert gray.channels is channels_of_f(gray) is None
     assert colour.channels == channels_of_f(colour) == 3
 

@@ -230,7 +230,7 @@ def test_what_takes_numbers_alone_says_so():
     from gonio.bridges import materialx, mitsuba, pbrt, radiance
 
     m = painted()
-    for call in (mitsuba.bsdf, mitsuba.text, pbrt.text, materialx.text, radiance.text, gn.upsampled):
+    for call in (mitsuba.bsdf, mitsuba.text, pbrt.text, materialx.text, radiance.text, gn.spectra.upsampled):
         with pytest.raises(ParameterError, match=r"0\.rho is a texture; expected numbers, those of a place: m\.at"):
             call(m)
-    gn.upsampled(m.at(uv=[0.5, 0.5]))
+    gn.spectra.upsampled(m.at(uv=[0.5, 0.5]))

@@ -50,7 +50,7 @@ def made(nm):
     yield gn.Coated(gn.Lambertian([0.1, 0.2], wavelengths=nm))
     yield gn.Microfacet(gn.GGX(0.2), gn.Conductor([0.2, 0.3], 3.0), wavelengths=nm)
     yield gn.Microfacet(gn.GGX(0.2), _Rayleigh(0.5)).at(nm)
-    yield gn.tabulate(two, resolution=(5, 5, 6)).with_channels(nm)
+    yield gn.tables.tabulate(two, resolution=(5, 5, 6)).with_channels(nm)
 
 
 def test_wavelengths_are_a_part_of_what_a_material_is():
@@ -163,7 +163,7 @@ def test_numbers_of_wavelengths_that_do_not_fit():
             make()
 
 
-@pytest.mark.parametrize("make", [lambda m: gn.tabulate(m, resolution=(5, 5, 6)), lambda m: _rows(m)])
+@pytest.mark.parametrize("make", [lambda m: gn.tables.tabulate(m, resolution=(5, 5, 6)), lambda m: _rows(m)])
 def test_tables_are_interpolated_along_wavelength(make):
     m = make(gn.Lambertian([0.1, 0.3, 0.2], wavelengths=[400.0, 500.0, 700.0]))
     wi, wo = gn.direction(0.4, 0.3), gn.direction(0.5, 2.0)

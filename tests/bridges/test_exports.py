@@ -183,7 +183,7 @@ def test_pbrt_gets_spectra_and_refuses_rgb_indices():
     text = pbrt.text(gn.material("gold", alpha=0.2, wavelengths=nm))
     eta = [float(x) for x in re.search(r'"spectrum eta" \[ (.*?) \]', text)[1].split()]
     assert eta[0::2] == [360.0, *nm, 830.0] and eta[1] == eta[3] and eta[-1] == eta[-3]
-    np.testing.assert_allclose(eta[3:-2:2], gn.refractive_index("gold", nm)[0], rtol=1e-6)
+    np.testing.assert_allclose(eta[3:-2:2], gn.spectra.refractive_index("gold", nm)[0], rtol=1e-6)
     with pytest.raises(ParameterError, match="wavelengths="):
         pbrt.text(gn.material("gold", alpha=0.2))
     assert '"dielectric" ] "float eta" [ 1.5 ]' in pbrt.text(gn.SmoothDielectric(1.5))
@@ -232,7 +232,7 @@ def test_radiance_has_the_same_f(tmp_path, kind):
     if find_spec("pyradiance") is None:
         pytest.skip("pyradiance is not installed")
     m, (wi, wo) = RADIANCE[kind], directions(8, 0.2)
-    wo[:3] = gn.normalize(wi[:3] * [-1.0, -1.0, 1.0] + [0.1, 0.05, 0.0])
+    wo[:3] = gn.directions.normalize(wi[:3] * [-1.0, -1.0, 1.0] + [0.1, 0.05, 0.0])
     text = radiance.text(m)
     assert text.startswith(f"void {kind} gonio\n")
     # Radiance leaves out a lobe where it is below 1e-6.

@@ -280,7 +280,7 @@ def test_scenes_name_materials_as_the_command_line_does(mi, tmp_path):
     import gonio.bridges.mitsuba
 
     gonio.bridges.mitsuba.register()
-    gn.save(gn.tabulate(gn.Lambertian([0.6, 0.3, 0.1]), "angles", resolution=(5, 5, 5)), tmp_path / "m.csv")
+    gn.save(gn.tables.tabulate(gn.Lambertian([0.6, 0.3, 0.1]), "angles", resolution=(5, 5, 5)), tmp_path / "m.csv")
     wi, wo = directions(50, "front")
     cases = {
         "gold-metallic-paint": gn.material("gold-metallic-paint"),
@@ -308,10 +308,10 @@ def test_spectral_variants_take_numbers_at_the_wavelengths_of_each_ray():
     gold = gn.material("gold", alpha=0.4, wavelengths=nodes)
     red = gn.Lambertian([0.6, 0.1, 0.05])
     graded = gn.Lambertian(gn.Spectrum([380.0, 780.0], [0.2, 0.8])).at(nodes)
-    table = gn.tabulate(graded, "angles", resolution=(6, 6, 9))
+    table = gn.tables.tabulate(graded, "angles", resolution=(6, 6, 9))
     for m, expected in (
         (gold, gold.at(nm).f(wi, wo)),
-        (red, gn.upsampled(red).at(nm).f(wi, wo)),
+        (red, gn.spectra.upsampled(red).at(nm).f(wi, wo)),
         (table, np.stack([np.interp(nm, nodes, f) for f in table.f(wi, wo)])),
         (gn.Lambertian(0.3), np.full((100, 4), 0.3 / np.pi)),
     ):
@@ -344,7 +344,7 @@ def test_two_sided_wrappers_of_mitsuba_take_it(mi):
 
 
 def test_holes_of_measurements_are_black(mi):
-    table = gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(5, 5, 5))
+    table = gn.tables.tabulate(gn.Lambertian(0.5), "angles", resolution=(5, 5, 5))
     values = table.stored.copy()
     values[1:3] = np.nan
     holed = table.with_table(values)

@@ -100,7 +100,7 @@ def test_by_each_wavelength_of_what_becomes_colours(torch, jax):
     import gonio.bridges.jax
     import gonio.bridges.torch
 
-    bands, light = np.linspace(420.0, 680.0, 5), gn.ConstantLight(gn.illuminant("A"))
+    bands, light = np.linspace(420.0, 680.0, 5), gn.ConstantLight(gn.spectra.illuminant("A"))
     start = np.linspace(0.2, 0.6, 5)
     weights = np.random.default_rng(4).random((16, 16, 3)).astype(np.float32)
 
@@ -244,4 +244,4 @@ def test_pictures_of_arrays_say_where_derivatives_are(torch, jax):
         with pytest.raises(ArrayTypeError, match=f"gonio.bridges.{name}.render"):
             gn.render(gn.Lambertian(x), STUDIO, **FEW)
         with pytest.raises(ArrayTypeError, match=f"gonio.bridges.{name}.render"):
-            gn.picture_jacobian(gn.Lambertian(x), STUDIO, by="rho", **FEW)
+            gn.scenes.picture_jacobian(gn.Lambertian(x), STUDIO, by="rho", **FEW)

@@ -1,4 +1,4 @@
-"""`gn.source`: texts are compiled, run, and compared with gonio's own values in float32."""
+"""`gn.engine.shader_source`: texts are compiled, run, and compared with gonio's own values in float32."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gonio.bridges.source.writing import SMALL
 from gonio.catalogue.expressions import expression
 from gonio.errors import ParameterError
 from gonio.formats.window_xml.klems import QUARTER, Klems
-from gonio.pictures.image import read_image
+from gonio.pictures.image import load_image
 
 ALL = tuple(LANGUAGES)
 RUN = tuple(compilers.COMPILERS)
@@ -84,7 +84,7 @@ def test_parameters_as_arguments(language: str, tmp_path: Path) -> None:
     materials = {f"m{i}": m for i, m in enumerate(made)}
     texts = []
     for m in (made[1], made[1].replace(**{"1.distribution.alpha_x": 0.45})):
-        text = gn.source(m, language, FUNCTIONS, "metal", "arguments").text
+        text = gn.engine.shader_source(m, language, FUNCTIONS, "metal", "arguments").text
         texts.append("\n".join(line for line in text.splitlines() if not line.startswith("//")))
     assert texts[0] == texts[1]
     compare(materials | {"metal": m}, language, tmp_path, parameters="arguments")
@@ -167,18 +167,18 @@ def test_holes_of_tables_stay_holes(language: str, interpolation: str, tmp_path:
 
 @pytest.mark.parametrize("language", ALL)
 def test_large_tables_are_the_programs(language: str, measured: dict[str, Any], tmp_path: Path) -> None:
-    source = gn.source(measured["grid"], language, name="grid")
+    source = gn.engine.shader_source(measured["grid"], language, name="grid")
     assert [t.name for t in source.tables] == [name for name in ("grid_table0",) if name in source.text]
     assert all(len(t.values) > SMALL and t.values.dtype == np.float32 for t in source.tables)
     text, *beside = source.save(tmp_path / "grid.txt")
     assert text.read_text() == source.text == str(source)
     for path, table in zip(beside, source.tables, strict=True):
         if language == "osl":
-            values = np.ravel(read_image(path).pixels)[: len(table.values)]
+            values = np.ravel(load_image(path).pixels)[: len(table.values)]
         else:
             values = np.fromfile(path, "<f4")
         np.testing.assert_array_equal(values, table.values)
-    assert gn.source(measured["small"], language).tables == ()
+    assert gn.engine.shader_source(measured["small"], language).tables == ()
 
 
 GLSLANG = shutil.which("glslangValidator")
@@ -196,7 +196,7 @@ def test_glslang_takes_all_models(kind: str, measured: dict[str, Any], tmp_path:
     files = []
     materials = cases.models() | measured | {"m5": cases.of_channels(5), "m2": cases.of_channels(2)}
     for name, m in materials.items():
-        text = gn.source(m, "hlsl" if kind == "hlsl" else "glsl", FUNCTIONS, name).text
+        text = gn.engine.shader_source(m, "hlsl" if kind == "hlsl" else "glsl", FUNCTIONS, name).text
         files.append(tmp_path / f"{name}{suffix}")
         files[-1].write_text(before + text + after)
     options = ["-D", "-e", "main", "-V"] if kind == "hlsl" else []
@@ -208,7 +208,7 @@ def test_glslang_takes_all_models(kind: str, measured: dict[str, Any], tmp_path:
 @pytest.mark.parametrize("language", ALL)
 def test_all_global_names_begin_with_the_name(language: str) -> None:
     """Two texts stand in one program."""
-    text = gn.source(cases.of_channels(3), language, ("f", "pdf", "sample", "jacobian"), "gold").text
+    text = gn.engine.shader_source(cases.of_channels(3), language, ("f", "pdf", "sample", "jacobian"), "gold").text
     text = re.sub(r"(//|#)[^\n]*", "", text) if language != "osl" else re.sub(r"//[^\n]*", "", text)
     unindented = [line for line in text.splitlines() if line and not line.startswith((" ", "{", "}", "precision"))]
     assert unindented
@@ -220,7 +220,7 @@ def test_all_global_names_begin_with_the_name(language: str) -> None:
 def test_comments_end_at_the_line(language: str) -> None:
     """A backslash would draw the next line into a comment; formulas of docstrings have them."""
     for name in ("microfacet", "hapke", "lambertian"):
-        text = gn.source(cases.models()[name], language, ("f", "sample")).text
+        text = gn.engine.shader_source(cases.models()[name], language, ("f", "sample")).text
         assert text.isascii()
         assert not re.search(r"\\|\?\?/", text)
         assert all(len(line) <= 120 for line in text.splitlines())
@@ -228,13 +228,13 @@ def test_comments_end_at_the_line(language: str) -> None:
 
 
 def test_texts_are_alike_each_time() -> None:
-    first, second = (gn.source(cases.models()["coated"], "glsl", FUNCTIONS) for _ in range(2))
+    first, second = (gn.engine.shader_source(cases.models()["coated"], "glsl", FUNCTIONS) for _ in range(2))
     assert first.text == second.text
     assert first.functions == tuple(f"coated_{word}" for word in FUNCTIONS)
 
 
 def test_functions_have_promised_signatures() -> None:
-    text = gn.source(cases.of_channels(3), "glsl", ("f", "f_cos", "pdf", "sample"), "m", "arguments").text
+    text = gn.engine.shader_source(cases.of_channels(3), "glsl", ("f", "f_cos", "pdf", "sample"), "m", "arguments").text
     given = r"vec3 rho, float alpha_x, float alpha_y, vec3 eta, vec3 k"
     text = re.sub(r",\s+", ", ", text)
     assert re.search(r"^vec3 m_f\(vec3 wi, vec3 wo, ", text, re.M)
@@ -244,7 +244,7 @@ def test_functions_have_promised_signatures() -> None:
     )
     for word in given.split(", "):
         assert f", {word}" in text
-    constants = gn.source(gn.Lambertian([0.1, 0.2, 0.3]), "glsl", name="m")
+    constants = gn.engine.shader_source(gn.Lambertian([0.1, 0.2, 0.3]), "glsl", name="m")
     assert "const vec3 m_rho = vec3(0.1, 0.2, 0.3);" in constants.text
     assert "\nvec3 m_f(vec3 wi, vec3 wo)\n" in constants.text
     assert "#version" not in constants.text
@@ -252,7 +252,7 @@ def test_functions_have_promised_signatures() -> None:
 
 def test_paths_of_arguments_replace() -> None:
     m = cases.of_channels(3)
-    for a in gn.source(m, "c", parameters="arguments").arguments:
+    for a in gn.engine.shader_source(m, "c", parameters="arguments").arguments:
         value = a.value[0] if a.width == 1 else list(a.value)
         np.testing.assert_allclose(
             m.replace(**{a.path: value}).f([0.6, 0, 0.8], [0, 0, 1]), m.f([0.6, 0, 0.8], [0, 0, 1])
@@ -281,34 +281,34 @@ LAMBERT = gn.Lambertian(0.5)
 )
 def test_bad_words(options: dict[str, Any], kind: type[Exception], words: str) -> None:
     with pytest.raises(kind, match=words):
-        gn.source(LAMBERT, **options)
+        gn.engine.shader_source(LAMBERT, **options)
 
 
 def test_maps_are_refused_with_numbers_that_work() -> None:
     m = gn.Lambertian([[0.1, 0.2], [0.3, 0.4]])
     with pytest.raises(ParameterError, match=r"rho is a map of shape \(2,\).*one place") as caught:
-        gn.source(m, "glsl")
+        gn.engine.shader_source(m, "glsl")
     advice = re.search(r"m\.replace\(.*?\)\}?\)", str(caught.value))
     assert advice is not None
-    assert gn.source(eval(advice[0], {"m": m}), "glsl").channels == 2
+    assert gn.engine.shader_source(eval(advice[0], {"m": m}), "glsl").channels == 2
     with pytest.raises(ParameterError, match="alpha_x is a map"):
-        gn.source(gn.Microfacet(gn.GGX(np.full((4, 4, 1), 0.3))), "c", parameters="arguments")
+        gn.engine.shader_source(gn.Microfacet(gn.GGX(np.full((4, 4, 1), 0.3))), "c", parameters="arguments")
 
 
 def test_textures_and_missing_parameters_are_refused() -> None:
     with pytest.raises(ParameterError, match=r"rho is a texture.*m\.at\(uv"):
-        gn.source(gn.Lambertian(gn.Texture(np.full((2, 2), 0.5))))
+        gn.engine.shader_source(gn.Lambertian(gn.Texture(np.full((2, 2), 0.5))))
 
 
 def test_long_formulas_are_refused_with_a_count_that_works(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gonio.bridges.source.writing.OPERATIONS", 2000)
     m = cases.of_channels(40)
     with pytest.raises(ParameterError, match=r"takes \d+ operations, expected at most 2000") as caught:
-        gn.source(m, "c", "jacobian")
+        gn.engine.shader_source(m, "c", "jacobian")
     found = re.search(r"at most (\d+) channels: m\.replace of (.*) with", str(caught.value))
     assert found is not None
     fewer = {path: np.full(int(found[1]), m.parameters[path].low + 0.1) for path in eval(f"[{found[2]}]")}
-    assert gn.source(m.replace(**fewer), "c", "jacobian").channels == int(found[1])
+    assert gn.engine.shader_source(m.replace(**fewer), "c", "jacobian").channels == int(found[1])
     monkeypatch.setattr("gonio.bridges.source.writing.OPERATIONS", 20)
     with pytest.raises(ParameterError, match="write the parts of the material as texts"):
-        gn.source(cases.of_channels(None), "c")
+        gn.engine.shader_source(cases.of_channels(None), "c")

@@ -1,4 +1,4 @@
-"""`gn.source` in a browser: GLSL by WebGL 2 and WGSL by WebGPU give what gonio gives in float32."""
+"""`gn.engine.shader_source` in a browser: GLSL by WebGL 2 and WGSL by WebGPU give what gonio gives in float32."""
 
 from __future__ import annotations
 

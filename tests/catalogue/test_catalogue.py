@@ -112,7 +112,7 @@ def test_fits_have_no_options():
     ],
 )
 def test_refractive_indices(substance, nm, n, k, tolerance):
-    assert gn.refractive_index(substance, nm) == pytest.approx((n, k), abs=tolerance)
+    assert gn.spectra.refractive_index(substance, nm) == pytest.approx((n, k), abs=tolerance)
 
 
 def test_refractive_index_keeps_shapes():
@@ -228,7 +228,7 @@ def _below(kind):
 
 
 def test_every_class_names_a_source_and_every_entry_is_used():
-    assert formats() and gn.tabulate  # these classes are found when they are first used
+    assert formats() and gn.tables.tabulate  # these classes are found when they are first used
     sources = {n: _source(k) for n, k in CLASSES.items() if not k.unwritten()}
     assert [n for n, s in sources.items() if not s] == []
     texts = [*sources.values(), *(e.source for e in ENTRIES), *map(_source, formats())]

@@ -41,11 +41,15 @@ def test_metals_have_the_colours_of_colour_science(colour, name, light):
     R = gn.material(name, alpha=0, wavelengths=NM).delta_reflectance(UP)
     xyz, white = by_colour_science(colour, R, light)
     expected = colour.XYZ_to_Lab(xyz, colour.XYZ_to_xy(white))
-    found = gn.to_colour(R, NM, light, space="Lab")
+    found = gn.colour.to_colour(R, NM, light, space="Lab")
     assert colour.delta_E(found, expected, method="CIE 2000") < 0.1
-    adapted = colour.chromatic_adaptation(xyz, white, gn.to_colour(np.ones(81), NM, space="XYZ"), transform="Bradford")
-    rgb = gn.to_colour(R, NM, light)
-    assert gn.colour_difference(gn.to_colour(R, NM, light), adapted @ np.linalg.inv(_xyz_of_rgb()).T) < 0.1, rgb
+    adapted = colour.chromatic_adaptation(
+        xyz, white, gn.colour.to_colour(np.ones(81), NM, space="XYZ"), transform="Bradford"
+    )
+    rgb = gn.colour.to_colour(R, NM, light)
+    assert (
+        gn.colour.colour_difference(gn.colour.to_colour(R, NM, light), adapted @ np.linalg.inv(_xyz_of_rgb()).T) < 0.1
+    ), rgb
 
 
 def _xyz_of_rgb():
@@ -54,22 +58,22 @@ def _xyz_of_rgb():
     return XYZ_OF_RGB
 
 
-@pytest.mark.parametrize("light", [None, "D65", "A", "FL11", "LED-B1", "D5600", gn.blackbody(3000.0)])
+@pytest.mark.parametrize("light", [None, "D65", "A", "FL11", "LED-B1", "D5600", gn.spectra.blackbody(3000.0)])
 def test_white_stays_white(colour, light):
-    np.testing.assert_allclose(gn.to_colour(np.ones((2, 81)), NM, light), 1.0, atol=1e-12)
+    np.testing.assert_allclose(gn.colour.to_colour(np.ones((2, 81)), NM, light), 1.0, atol=1e-12)
 
 
 def test_without_adaptation_lamps_are_orange(colour):
-    red, green, blue = gn.to_colour(np.ones(81), NM, "A", adaptation=None)
+    red, green, blue = gn.colour.to_colour(np.ones(81), NM, "A", adaptation=None)
     assert red > 1.5 > green > 0.5 > blue > 0.0
 
 
 def test_the_default_needs_no_library(monkeypatch):
     monkeypatch.setitem(sys.modules, "colour", None)
-    np.testing.assert_allclose(gn.to_colour(np.ones(81), NM), 1.0, atol=1e-12)
-    assert gn.to_colour(np.ones(81), NM, space="XYZ")[1] == pytest.approx(1.0)
+    np.testing.assert_allclose(gn.colour.to_colour(np.ones(81), NM), 1.0, atol=1e-12)
+    assert gn.colour.to_colour(np.ones(81), NM, space="XYZ")[1] == pytest.approx(1.0)
     with pytest.raises(DependencyError, match=r"gonio\[spectra\]"):
-        gn.illuminant("A")
+        gn.spectra.illuminant("A")
 
 
 LOUD = """
@@ -90,13 +94,13 @@ def test_a_library_that_warns_and_changes_how_arrays_are_printed(tmp_path, monke
     monkeypatch.setitem(sys.modules, "colour", None)  # which remembers what was there
     del sys.modules["colour"]
     before = np.get_printoptions()
-    assert gn.illuminant("A").at(700.0) == 2.0
+    assert gn.spectra.illuminant("A").at(700.0) == 2.0
     assert np.get_printoptions() == before
 
 
 @pytest.mark.full
 def test_the_library_changes_nothing_else(colour):
-    code = "import numpy as np, gonio as gn; options = np.get_printoptions(); gn.illuminant('A'); "
+    code = "import numpy as np, gonio as gn; options = np.get_printoptions(); gn.spectra.illuminant('A'); "
     code += "print(options == np.get_printoptions())"
     ran = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True)
     assert ran.stdout == "True\n" and ran.stderr == ""
@@ -104,7 +108,7 @@ def test_the_library_changes_nothing_else(colour):
 
 def test_daylight_by_name_is_the_default(colour):
     R = gn.material("gold", alpha=0, wavelengths=NM).delta_reflectance(UP)
-    np.testing.assert_allclose(gn.to_colour(R, NM, "D65"), gn.to_colour(R, NM), atol=1e-4)
+    np.testing.assert_allclose(gn.colour.to_colour(R, NM, "D65"), gn.colour.to_colour(R, NM), atol=1e-4)
 
 
 def test_black_bodies_are_those_of_colour_science(colour):
@@ -112,14 +116,14 @@ def test_black_bodies_are_those_of_colour_science(colour):
 
     c1, c2 = 3.741771852192758e-16, 1.438776877503933e-2  # CODATA 2022; by default that of ITS-90
     for kelvin in (1900.0, 5772.0):
-        light = gn.blackbody(kelvin)
+        light = gn.spectra.blackbody(kelvin)
         nm = np.concatenate([np.arange(300.0, 831.0), [1216.0, 2000.0, 1e4, 1e5, 1e7]])
         np.testing.assert_allclose(light.at(nm), planck_law(nm * 1e-9, kelvin, c1, c2) * 1e-9, rtol=1e-9)
 
 
 def test_a_black_body_is_a_formula():
     """Its integral over all wavelengths is sigma T^4/pi, sigma that of CODATA 2018."""
-    light = gn.blackbody(1000.0)
+    light = gn.spectra.blackbody(1000.0)
     total = np.trapezoid(light.values, light.wavelengths)
     assert total == pytest.approx(5.670374419e-8 * 1000.0**4 / np.pi, rel=1e-5)
     centres = np.linspace(3000.0, 5000.0, 5)
@@ -133,55 +137,57 @@ def test_a_black_body_is_a_formula():
 
 
 def test_names_of_lights(colour):
-    assert gn.illuminant("f11") == gn.illuminant("FL11") and gn.illuminant("d65") == gn.illuminant("D65")
-    assert gn.illuminant("A").at(560.0) == pytest.approx(100.0, abs=1e-3)
+    assert gn.spectra.illuminant("f11") == gn.spectra.illuminant("FL11") and gn.spectra.illuminant(
+        "d65"
+    ) == gn.spectra.illuminant("D65")
+    assert gn.spectra.illuminant("A").at(560.0) == pytest.approx(100.0, abs=1e-3)
     with pytest.raises(NotFoundError, match="did you mean"):
-        gn.illuminant("D66")
+        gn.spectra.illuminant("D66")
 
 
 def test_colours_come_back(colour):
     rng = np.random.default_rng(3)
     for rgb in [*np.eye(3), *rng.random((8, 3))]:
-        m = gn.upsampled(gn.Lambertian(rgb)).at(NM)
-        np.testing.assert_allclose(gn.to_colour(m.rho, NM), rgb, atol=1.2e-3)
-    gray = gn.upsampled(gn.Lambertian([0.4, 0.4, 0.4])).at(NM)
+        m = gn.spectra.upsampled(gn.Lambertian(rgb)).at(NM)
+        np.testing.assert_allclose(gn.colour.to_colour(m.rho, NM), rgb, atol=1.2e-3)
+    gray = gn.spectra.upsampled(gn.Lambertian([0.4, 0.4, 0.4])).at(NM)
     np.testing.assert_allclose(gray.rho, 0.4, rtol=1e-12)
-    assert gn.upsampled(gn.Lambertian(0.4)) == gn.Lambertian(0.4)
+    assert gn.spectra.upsampled(gn.Lambertian(0.4)) == gn.Lambertian(0.4)
 
 
 def test_upsampled_compositions_and_tables(colour):
     red = [0.6, 0.1, 0.05]
-    table = gn.tabulate(gn.Lambertian(red), resolution=(5, 5, 6))
+    table = gn.tables.tabulate(gn.Lambertian(red), resolution=(5, 5, 6))
     for m in (gn.Lambertian(red), red * gn.Lambertian(1.0), gn.Lambertian(red) + gn.Lambertian(0.0), table):
-        bound = gn.upsampled(m).at(NM)
-        np.testing.assert_allclose(gn.to_colour(bound.f(UP, UP) * np.pi, NM), red, atol=1.2e-3)
+        bound = gn.spectra.upsampled(m).at(NM)
+        np.testing.assert_allclose(gn.colour.to_colour(bound.f(UP, UP) * np.pi, NM), red, atol=1.2e-3)
         assert bound.wavelengths.tolist() == NM.tolist()
     with pytest.raises(ParameterError, match="expected linear RGB"):
-        gn.upsampled(gn.Lambertian([0.1, 0.2, 0.3], wavelengths=[450, 550, 650]))
+        gn.spectra.upsampled(gn.Lambertian([0.1, 0.2, 0.3], wavelengths=[450, 550, 650]))
     with pytest.raises(ParameterError, match="is a map"):
-        gn.upsampled(gn.Lambertian(np.full((2, 2, 3), 0.5)))
+        gn.spectra.upsampled(gn.Lambertian(np.full((2, 2, 3), 0.5)))
 
 
 def test_bad_input(colour):
     ones = np.ones(81)
     with pytest.raises(ParameterError, match="wholly outside the visible"):
-        gn.to_colour([0.1, 0.2], [850.0, 1650.0])
+        gn.colour.to_colour([0.1, 0.2], [850.0, 1650.0])
     with pytest.raises(ParameterError, match="in micrometres"):
-        gn.to_colour([0.1, 0.2], [0.45, 0.55])
+        gn.colour.to_colour([0.1, 0.2], [0.45, 0.55])
     with pytest.raises(ShapeError, match="values"):
-        gn.to_colour(ones, NM[1:])
+        gn.colour.to_colour(ones, NM[1:])
     with pytest.raises(NotFoundError, match="no RGB space"):
-        gn.to_colour(ones, NM, space="sRGBx")
+        gn.colour.to_colour(ones, NM, space="sRGBx")
     with pytest.raises(NotFoundError, match="no adaptation"):
-        gn.to_colour(ones, NM, "A", adaptation="Bradfort")
+        gn.colour.to_colour(ones, NM, "A", adaptation="Bradfort")
     with pytest.raises(ParameterError, match="expected the visible"):
-        gn.to_colour(ones, NM, gn.Spectrum([500.0, 600.0], [1.0, 1.0]))
+        gn.colour.to_colour(ones, NM, gn.Spectrum([500.0, 600.0], [1.0, 1.0]))
     with pytest.raises(ParameterError, match="no light in the visible"):
-        gn.to_colour(ones, NM, gn.Spectrum([300.0, 900.0], [0.0, 0.0]))
+        gn.colour.to_colour(ones, NM, gn.Spectrum([300.0, 900.0], [0.0, 0.0]))
     with pytest.raises(ParameterError, match="temperature"):
-        gn.blackbody(0.0)
+        gn.spectra.blackbody(0.0)
     with pytest.raises(ShapeError, match=r"got shape \(2,\), expected"):
-        gn.colour_difference([0.1, 0.2], [0.1, 0.2], space="Lab")
+        gn.colour.colour_difference([0.1, 0.2], [0.1, 0.2], space="Lab")
 
 
 def test_bands_outside_the_visible_are_no_colours():

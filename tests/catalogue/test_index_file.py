@@ -48,24 +48,24 @@ def written(tmp_path):
 
 
 def test_a_table(written):
-    n, k = gn.refractive_index(written(NK))
+    n, k = gn.spectra.refractive_index(written(NK))
     assert n == gn.Spectrum([400.0, 550.0, 700.0], [1.5, 1.25, 1.1])
     assert k == gn.Spectrum([400.0, 550.0, 700.0], [0.1, 0.1, 0.3])
-    assert gn.refractive_index(str(written(NK)), 550.0) == (1.25, 0.1)
+    assert gn.spectra.refractive_index(str(written(NK)), 550.0) == (1.25, 0.1)
 
 
 def test_a_formula_beside_a_table(written):
-    n, k = gn.refractive_index(written(FORMULA_AND_K))
+    n, k = gn.spectra.refractive_index(written(FORMULA_AND_K))
     assert n == gn.Dispersion(1, [0, 0.6961663, 0.0684043], [300.0, 900.0])
     assert k.at(575.0) == pytest.approx(0.2)
     m = gn.Microfacet(gn.GGX(0.1), gn.Conductor(n, k)).at([400.0, 500.0])
     assert m.wavelengths.tolist() == [400.0, 500.0]
     with pytest.raises(gn.Error, match="350 to 800 nm"):
-        gn.refractive_index(written(FORMULA_AND_K), 320.0)
+        gn.spectra.refractive_index(written(FORMULA_AND_K), 320.0)
 
 
 def test_a_transparent_substance_has_no_k(written):
-    n, k = gn.refractive_index(written("  - type: tabulated n\n    data: |\n      0.4 1.5\n      0.7 1.4\n"))
+    n, k = gn.spectra.refractive_index(written("  - type: tabulated n\n    data: |\n      0.4 1.5\n      0.7 1.4\n"))
     assert n.at(550.0) == pytest.approx(1.45) and k.at(550.0) == 0.0
 
 
@@ -85,7 +85,7 @@ def test_blocks_are_those_of_yaml(written, text):
 
 def test_wavelengths_that_stand_twice(written):
     with pytest.warns(MeaningWarning, match="1 wavelengths stand twice"):
-        n, _ = gn.refractive_index(
+        n, _ = gn.spectra.refractive_index(
             written("  - type: tabulated n\n    data: |\n      0.4 1\n      0.4 2\n      0.5 3\n")
         )
     assert n.values.tolist() == [1.0, 3.0]
@@ -112,36 +112,36 @@ def test_wavelengths_that_stand_twice(written):
 )
 def test_damage(written, text, message):
     with pytest.raises(FormatError, match=message):
-        gn.refractive_index(written(text))
+        gn.spectra.refractive_index(written(text))
 
 
 def test_files_that_are_none(written, tmp_path):
     with pytest.raises(FormatError, match="no line 'DATA:'"):
-        gn.refractive_index(written("nothing", head=""))
+        gn.spectra.refractive_index(written("nothing", head=""))
     with pytest.raises(NotFoundError, match="No such file"):
-        gn.refractive_index(tmp_path / "B.yml")
+        gn.spectra.refractive_index(tmp_path / "B.yml")
     (tmp_path / "C.yml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FormatError, match="UTF-8"):
-        gn.refractive_index(tmp_path / "C.yml")
+        gn.spectra.refractive_index(tmp_path / "C.yml")
     with pytest.raises(NotFoundError, match=r"path of a \.yml file"):
-        gn.refractive_index("unobtainium")
+        gn.spectra.refractive_index("unobtainium")
 
 
 def test_built_in_substances_have_spectra():
-    n, k = gn.refractive_index("gold")
-    assert np.array_equal(n.at([450.0, 632.8]), gn.refractive_index("Au", [450.0, 632.8])[0])
-    assert gn.Conductor(n, k).at(550.0) == gn.Conductor(*gn.refractive_index("gold", 550.0))
+    n, k = gn.spectra.refractive_index("gold")
+    assert np.array_equal(n.at([450.0, 632.8]), gn.spectra.refractive_index("Au", [450.0, 632.8])[0])
+    assert gn.Conductor(n, k).at(550.0) == gn.Conductor(*gn.spectra.refractive_index("gold", 550.0))
 
 
 def test_the_unit_of_a_file_is_known(written):
     """Soft X rays are not asked about, and a wavelength may be alone, without or with k."""
-    n, k = gn.refractive_index(
+    n, k = gn.spectra.refractive_index(
         written("  - type: tabulated nk\n    data: |\n      0.0101 0.99 0.01\n      0.0123 0.98 0.02\n")
     )
     assert n.wavelengths.tolist() == [10.1, 12.3] and k.at(10.1) == 0.01
     path = written("  - type: tabulated n\n    data: |\n      0.5876 1.4985\n")
-    assert gn.refractive_index(path, 587.6) == (1.4985, 0.0)
-    n, k = gn.refractive_index(path)
+    assert gn.spectra.refractive_index(path, 587.6) == (1.4985, 0.0)
+    n, k = gn.spectra.refractive_index(path)
     assert gn.Conductor(n, k).at(587.6).eta == 1.4985
     with pytest.raises(ParameterError, match="nothing is extrapolated"):
         n.at(588.0)

@@ -19,7 +19,7 @@ from gonio.cli.arguments import resolve_light
 from gonio.cli.commands import cli
 from gonio.errors import FormatError, MissingDataWarning, NotFoundError
 from gonio.facts.models import kinds
-from gonio.pictures.image import Image, read_image
+from gonio.pictures.image import Image, load_image
 
 SMALL = ["--size", "16", "--samples", "4"]
 
@@ -153,16 +153,16 @@ def test_render(run):
     assert re.fullmatch(
         r"a.png: gold-metallic-paint under studio, 16 x 16, 4 samples per pixel, [\d.]+ s\n", result.stdout
     )
-    assert read_image("a.png").pixels.shape == (16, 16, 3)
+    assert load_image("a.png").pixels.shape == (16, 16, 3)
     assert run("render", "Lambertian(0.5)", "-o", "a.exr", "-l", "constant:2", *SMALL).exit_code == 0
-    assert read_image("a.exr").pixels[8, 8] == pytest.approx(1.0, rel=0.3)
+    assert load_image("a.exr").pixels[8, 8] == pytest.approx(1.0, rel=0.3)
     lit = ["-l", "distant:45,-60", "-l", "point:2,-3,3", "-l", "constant:0.1,0.1,0.2"]
     assert run("render", "gold", "-o", "b.exr", *lit, *SMALL).exit_code == 0
-    picture = read_image("b.exr")
+    picture = load_image("b.exr")
     assert run("render", "gold", "-o", "c.exr", *lit, *SMALL).exit_code == 0
-    assert np.array_equal(picture.pixels, read_image("c.exr").pixels)
+    assert np.array_equal(picture.pixels, load_image("c.exr").pixels)
     assert run("render", "gold", "-o", "d.exr", *lit, *SMALL, "--seed", 1).exit_code == 0
-    assert not np.array_equal(picture.pixels, read_image("d.exr").pixels)
+    assert not np.array_equal(picture.pixels, load_image("d.exr").pixels)
     assert run("render", "gold", "-o", "e.png", "-l", "b.exr", *SMALL).exit_code == 0
 
 
@@ -171,9 +171,9 @@ def test_a_picture_with_a_camera_and_the_ground(run):
     where = ["--ground", "Lambertian(0.5)", "--camera", "1.5,-3,1.6", "--look-at", "0,0.4,0.2", "--angle", 40]
     result = run("render", "gold", "-o", "a.exr", *SMALL, *where, "--backdrop")
     assert result.exit_code == 0, result.stderr
-    camera = gn.Camera([1.5, -3.0, 1.6], [0.0, 0.4, 0.2], field_of_view=np.radians(40.0))
+    camera = gn.scenes.Camera([1.5, -3.0, 1.6], [0.0, 0.4, 0.2], field_of_view=np.radians(40.0))
     options = {"size": 16, "samples": 4, "camera": camera, "ground": gn.Lambertian(0.5), "backdrop": True}
-    assert np.array_equal(read_image("a.exr").pixels, gn.render(gn.material("gold"), **options).pixels)
+    assert np.array_equal(load_image("a.exr").pixels, gn.render(gn.material("gold"), **options).pixels)
     for wrong, message in (
         (["--camera", "1,2"], "--camera '1,2': expected 3 numbers"),
         (["--camera", "1,2,3", "--look-at", "a"], "--look-at 'a': expected 3 numbers"),
@@ -191,7 +191,7 @@ def test_noise_says_how_many_samples_are_taken(run):
     samples = int(re.search(r"(\d+) samples per pixel", said)[1])
     assert samples % 32 == 0 and samples > 64
     assert run("render", "gold", "-o", "b.exr", *small, "--samples", samples).exit_code == 0
-    assert np.array_equal(read_image("a.exr").pixels, read_image("b.exr").pixels)
+    assert np.array_equal(load_image("a.exr").pixels, load_image("b.exr").pixels)
     least = run("render", "gold", "-o", "c.exr", *small, "--noise", 2, "--samples", 40)
     assert "40 samples per pixel" in least.stdout
 
@@ -201,7 +201,7 @@ def test_a_checkpoint_is_gone_on_from(run):
     assert run("render", "gold", "-o", "a.exr", *small, "--samples", 96).exit_code == 0
     assert run("render", "gold", "-o", "b.exr", *small, "--samples", 64, "--checkpoint", "sums.npz").exit_code == 0
     assert run("render", "gold", "-o", "b.exr", *small, "--samples", 96, "--checkpoint", "sums.npz").exit_code == 0
-    assert np.array_equal(read_image("a.exr").pixels, read_image("b.exr").pixels)
+    assert np.array_equal(load_image("a.exr").pixels, load_image("b.exr").pixels)
     other = run("render", "copper", "-o", "b.exr", *small, "--checkpoint", "sums.npz")
     assert other.exit_code == 2 and "a checkpoint of another picture" in other.stderr
 
@@ -214,7 +214,7 @@ def test_a_luminaire_is_a_light(run, tmp_path):
         light = resolve_light(name)
         assert gn.irradiance(light, normal=-np.asarray(light.axis)) == pytest.approx(np.pi, rel=1e-9)
     assert run("render", "Lambertian(1)", "-o", "a.exr", "-l", "lamp.ies", *SMALL).exit_code == 0
-    assert 0.5 < read_image("a.exr").pixels.max() < 3.0
+    assert 0.5 < load_image("a.exr").pixels.max() < 3.0
     (tmp_path / "dark.ies").write_text(text.replace("800 500", "0 0"))
     for name, words in (("dark.ies", "all its intensities are 0"), ("none.ldt", "no such file")):
         said = run("render", "Lambertian(1)", "-o", "a.exr", "-l", name, *SMALL)
@@ -245,7 +245,7 @@ def test_exposure_brightens_the_png(run):
     mean = []
     for exposure in (0, -2):
         run("render", "Lambertian(0.5)", "-o", "a.png", "-l", "constant", *SMALL, "--exposure", exposure)
-        mean.append(read_image("a.png").pixels[8, 8].mean())
+        mean.append(load_image("a.png").pixels[8, 8].mean())
     assert mean[1] == pytest.approx(mean[0] / 4, rel=0.05)
 
 
@@ -253,7 +253,7 @@ def test_show(run):
     result = run("show", "Lambertian(0.5)", "-o", "a.png", "-l", "constant", *SMALL)
     assert result.exit_code == 0, result.stderr
     assert result.stdout.startswith("a.png: Lambertian(0.5) under constant, ")
-    assert min(read_image("a.png").pixels.shape[:2]) > 500
+    assert min(load_image("a.png").pixels.shape[:2]) > 500
 
 
 def test_convert(run):

@@ -19,13 +19,14 @@ import numpy as np
 import pytest
 from click import Context
 from click.testing import CliRunner
+from face import functions
 
 import gonio as gn
 from gonio.cli.command import Command, Typed
 from gonio.cli.commands import cli
 from gonio.declared.arguments import Argument, Declared, arguments, checked
 from gonio.errors import ParameterError
-from gonio.facts.public import forms, function_of
+from gonio.facts.public import asked_of_one, forms
 
 PAINT = "Lambertian(0.3) + Microfacet(GGX(0.2))"
 COMMANDS = sorted(cli.commands)
@@ -44,7 +45,7 @@ def called(command: Command) -> list[str]:
     """The public functions that the body of a command imports."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(command.callback))))
     names = {a.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for a in node.names}
-    return [name for name in sorted(names & set(gn.__all__)) if inspect.isfunction(getattr(gn, name))]
+    return sorted(names & {place.rpartition(".")[2] for place in functions()})
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -130,7 +131,7 @@ def typed_in(name: str) -> list[click.Parameter]:
     return [p for p in command.get_params(click.Context(command)) if isinstance(p.type, Typed)]
 
 
-FUNCTIONS = [name.replace("_", "-") for name in gn.__all__ if function_of(name)]
+FUNCTIONS = [name.replace("_", "-") for name in asked_of_one()]
 
 
 @pytest.mark.parametrize("name", sorted({*COMMANDS, *FUNCTIONS}))
@@ -152,10 +153,9 @@ def test_every_option_is_told_as_it_was_typed(name):
 
 def declared_arguments() -> list[Argument]:
     """Those of public functions, readers and writers."""
-    surfaces = [getattr(gn.surfaces, name) for name in gn.surfaces.__all__]
-    public = [getattr(gn, name) for name in gn.__all__ if inspect.isfunction(getattr(gn, name))]
     formats = [x for module in gn.formats().values() for x in (module.read, getattr(module, "write", None)) if x]
-    return [a for function in (*public, *surfaces, *formats, gn.Goniometer) for a in arguments(function).values()]
+    every = (*functions().values(), *formats, gn.planning.Goniometer)
+    return [argument for function in every for argument in arguments(function).values()]
 
 
 def test_bounds_are_within_when_they_are_typed_as_they_are_written():
@@ -195,13 +195,13 @@ def test_what_is_typed_reaches_the_function():
     more = ["--noise", "2", "--starts", "2", "--seed", "3", "--criterion", "a", "--repeats"]
     done = CliRunner().invoke(cli, ["plan", PAINT, "4", *limits, *more, "--json"])
     assert done.exit_code == 0, done.stderr
-    arm = gn.Goniometer(
+    arm = gn.planning.Goniometer(
         theta_i=(0.0, math.radians(60.0)),
         theta_o=(0.0, 1.0),
         step_theta=math.radians(10.0),
         step_phi=math.radians(30.0),
     )
-    planned = gn.plan(gn.expression(PAINT), 4, "A", goniometer=arm, noise=0.02, starts=2, seed=3, repeats=True)
+    planned = gn.planning.plan(gn.expression(PAINT), 4, "A", goniometer=arm, noise=0.02, starts=2, seed=3, repeats=True)
     assert json.loads(done.stdout) == json.loads(json.dumps(planned.to_json()))
 
 

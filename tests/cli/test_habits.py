@@ -225,11 +225,13 @@ def test_radians_given_as_degrees_in_python():
 
 def test_source_is_printed_and_written(run):
     printed = run("source", "gold", "--language", "c", "--function", "f,pdf").stdout
-    assert printed == str(gn.source(gn.material("gold"), "c", ["f", "pdf"]))
+    assert printed == str(gn.engine.shader_source(gn.material("gold"), "c", ["f", "pdf"]))
     done = run("source", "gold", "-p", "alpha=0.3", "--parameters", "arguments", "--name", "au", "-o", "au.glsl")
     assert done.exit_code == 0 and "au_f" in done.stdout
     with open("au.glsl", encoding="utf-8") as file:
-        assert file.read() == str(gn.source(gn.material("gold", alpha=0.3), "glsl", name="au", parameters="arguments"))
+        assert file.read() == str(
+            gn.engine.shader_source(gn.material("gold", alpha=0.3), "glsl", name="au", parameters="arguments")
+        )
 
 
 @pytest.mark.parametrize(
@@ -257,4 +259,4 @@ def test_a_material_that_is_not_there_is_said(run):
     done = run("source", "unobtainium")
     assert done.exit_code == 2 and "no such file" in done.stderr
     with pytest.raises(ParameterError):
-        gn.source(gn.Lambertian(0.5), "fortran")
+        gn.engine.shader_source(gn.Lambertian(0.5), "fortran")

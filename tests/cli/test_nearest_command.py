@@ -9,7 +9,7 @@ from libraries import thinned
 
 import gonio as gn
 from gonio.cli.commands import cli
-from gonio.pictures.image import read_image
+from gonio.pictures.image import load_image
 
 SMALL = ("--size", 16, "--samples", 4)
 
@@ -40,7 +40,7 @@ def test_json_is_what_python_returns(run):
     Path("notes.txt").write_text("no material\n")
     rows = json.loads(run("brass", "-a", ".", "-a", "gold", "--json").stdout)
     assert [row["rank"] for row in rows] == [1, 2, None] and rows[-1]["name"] == "notes.txt"
-    found = {match.name: match for match in gn.nearest(gn.material("brass"), [".", "gold"])}
+    found = {match.name: match for match in gn.reconstruction.nearest(gn.material("brass"), [".", "gold"])}
     for row in rows:
         match = found[row["name"]]
         assert row["compared"] == match.compared and row["pairs"] == match.pairs
@@ -63,7 +63,7 @@ def test_a_reason_takes_one_line(run):
 def test_the_picture_has_itself_and_the_nearest(run, count, columns, rows):
     said = run("brass", "-n", count, "-o", "near.png", *SMALL)
     assert said.exit_code == 0 and said.stdout.splitlines()[-1].startswith("near.png: brass and the nearest, ")
-    height, width = read_image("near.png").pixels.shape[:2]
+    height, width = load_image("near.png").pixels.shape[:2]
     assert abs(width - 120 * (2.2 * columns + 0.1)) < 2 and abs(height - 120 * (2.65 * rows + 0.1)) < 2
 
 

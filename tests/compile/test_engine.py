@@ -539,17 +539,17 @@ def test_totals_of_maps_with_many_channels(rows):
 
 def test_blocks_and_threads_change_nothing():
     wi, wo = directions(200_001), directions(200_001, seed=1)
-    before = gn.threads()
+    before = gn.engine.threads()
     try:
-        one = [gn.threads(1), METAL.f(wi, wo), GREY.f(wi[:, None], wo[:3]), gn.albedo(GREY, wi[:200])][1:]
-        several = [gn.threads(5), METAL.f(wi, wo), GREY.f(wi[:, None], wo[:3]), gn.albedo(GREY, wi[:200])][1:]
+        one = [gn.engine.threads(1), METAL.f(wi, wo), GREY.f(wi[:, None], wo[:3]), gn.albedo(GREY, wi[:200])][1:]
+        several = [gn.engine.threads(5), METAL.f(wi, wo), GREY.f(wi[:, None], wo[:3]), gn.albedo(GREY, wi[:200])][1:]
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
     for a, b in zip(one, several, strict=True):
         np.testing.assert_array_equal(a, b)
     for bad in (0, -1, 2.0, True, "2"):
         with pytest.raises(gn.errors.ParameterError, match="whole number from 1"):
-            gn.threads(bad)
+            gn.engine.threads(bad)
 
 
 def test_out():
@@ -622,7 +622,7 @@ def test_what_cannot_be_traced_runs_on_arrays():
     m = _Branches(0.5)
     assert m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]) == 0.5
     with pytest.raises(gn.errors.TraceError, match="_Branches"):
-        gn.kernel(m)
+        gn.engine.kernel(m)
     with pytest.raises(gn.errors.TraceError):
         m.jacobian(WI, WO)
 
@@ -644,15 +644,15 @@ def test_copies_have_plans_of_their_own():
 
 
 def test_kernel_is_readable():
-    k = gn.kernel(gn.Lambertian([0.1, 0.2]))
+    k = gn.engine.kernel(gn.Lambertian([0.1, 0.2]))
     assert "f[1] = " in k.source
     assert "rho[0] * 0.3183" in str(k)
     assert k.inputs[-2:] == ("rho[0]", "rho[1]")
     assert "define void @kernel" in k.llvm
     assert "ret" in k.assembly
-    assert "wi.z = " in gn.kernel(METAL, "sample").source
+    assert "wi.z = " in gn.engine.kernel(METAL, "sample").source
     with pytest.raises(gn.errors.NotFoundError, match="expected one of"):
-        gn.kernel(METAL, "g")
+        gn.engine.kernel(METAL, "g")
 
 
 # The cache of kernels.
@@ -765,15 +765,15 @@ def test_callers_share_the_threads(monkeypatch):
         if number == 7:
             raise RuntimeError("from a thread")
 
-    before = gn.threads()
+    before = gn.engine.threads()
     try:
         for count in (1, 2, 5):
-            gn.threads(count)
+            gn.engine.threads(count)
             with pytest.raises(RuntimeError, match="from a thread"):
                 share(fails, [(i,) for i in range(20)])
     finally:
-        gn.threads(before)
-    assert gn.threads() >= 1
+        gn.engine.threads(before)
+    assert gn.engine.threads() >= 1
     np.testing.assert_array_equal(materials[0].f(wi, wo), want[0])
 
 

@@ -85,10 +85,10 @@ def test_large_results_by_threads_in_pieces(channels, dtype, monkeypatch):
     sampled = [m.sample(wo[part], u[part]) for part in parts]
     monkeypatch.setattr(plans, "CACHED", 1 << 10)
     monkeypatch.setattr(plans, "PIECE", 1 << 20)
-    before = gn.threads()
+    before = gn.engine.threads()
     try:
         for count in (1, 2):
-            gn.threads(count)
+            gn.engine.threads(count)
             planning._PATTERNS.clear()
             fresh = m.replace()
             np.testing.assert_array_equal(fresh.f(wi, wo), want)
@@ -98,7 +98,7 @@ def test_large_results_by_threads_in_pieces(channels, dtype, monkeypatch):
             for got, *each in zip(fresh.sample(wo, u), *sampled, strict=True):
                 np.testing.assert_array_equal(got, np.concatenate(each))
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
         planning._PATTERNS.clear()
 
 

@@ -1,4 +1,5 @@
-"""One pool of threads: `gn.threads`, GONIO_THREADS, the affinity and a container's limit bind all that gonio computes.
+"""One pool of threads: `gn.engine.threads`, GONIO_THREADS, the affinity and a container's limit bind all that gonio
+computes.
 
 Each script runs in a process of its own, whose threads are told apart by the time that each of them has run.
 """
@@ -90,7 +91,7 @@ def run(code: str, **environment: str) -> dict:
 
 
 PICTURES = """
-gn.threads(COUNT)
+gn.engine.threads(COUNT)
 sums = {}
 for name, m in MATERIALS.items():
     for size, samples in ((96, 16), (2, 1 << 12)):
@@ -118,7 +119,7 @@ def test_a_picture_takes_as_many_threads_as_are_asked_for(engine):
 def test_what_is_called_within_a_part_is_not_shared_out(monkeypatch):
     """Neither kernels nor further parts, by the caller or by a helper; afterwards all is shared out again."""
     lit = np.broadcast_to(gn.direction(0.4, 2.0), (1_000_000, 3))  # work that wakes helpers
-    m, before, led, threads = gn.Lambertian(0.5), gn.threads(), [], set()
+    m, before, led, threads = gn.Lambertian(0.5), gn.engine.threads(), [], set()
     together = plans.together
     monkeypatch.setattr(plans, "together", lambda *args: led.append(1) or together(*args))
     barrier = threading.Barrier(3, timeout=20)
@@ -132,14 +133,14 @@ def test_what_is_called_within_a_part_is_not_shared_out(monkeypatch):
         threads.add(threading.get_ident())
 
     try:
-        gn.threads(3)
+        gn.engine.threads(3)
         share(part, [(i,) for i in range(3)])
         assert len(threads) == 3 and not led
         m.f(lit, lit)
         assert led
         assert not workers.busy() and not workers.team().jobs
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
 
 
 def test_helpers_keep_nothing_of_what_they_did():
@@ -148,17 +149,17 @@ def test_helpers_keep_nothing_of_what_they_did():
     class Material:
         pass
 
-    material, before, barrier = Material(), gn.threads(), threading.Barrier(2, timeout=20)
+    material, before, barrier = Material(), gn.engine.threads(), threading.Barrier(2, timeout=20)
     gone = weakref.ref(material)
 
     def part(number: int, material: Material | None = material) -> None:
         barrier.wait()  # until a helper is at its part, too
 
     try:
-        gn.threads(2)
+        gn.engine.threads(2)
         share(part, [(i,) for i in range(2)])
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
     del part, material
     deadline = time.monotonic() + 20.0
     while gone() is not None and time.monotonic() < deadline:  # the helper is on its way to sleep
@@ -174,7 +175,7 @@ class Stop(BaseException):
 def test_an_exception_at_any_place_leaves_no_part_under_way():
     """One is raised wherever a signal's may be: `share` then waits for the helpers, offers nothing any more, and the
     next job is done whole."""
-    before, under_way, done = gn.threads(), set(), []
+    before, under_way, done = gn.engine.threads(), set(), []
     main = threading.get_ident()
 
     def part(number: int) -> None:
@@ -206,7 +207,7 @@ def test_an_exception_at_any_place_leaves_no_part_under_way():
         return False
 
     try:
-        gn.threads(3)
+        gn.engine.threads(3)
         number = 1
         while stopped_at(number):
             assert not under_way and not workers.busy(), number
@@ -216,12 +217,12 @@ def test_an_exception_at_any_place_leaves_no_part_under_way():
         share(part, [(i,) for i in range(100)])
         assert sorted(done) == list(range(100))
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
 
 
 def test_a_picture_takes_helpers(monkeypatch):
     """With three threads three are at a tile at the same time."""
-    before, tile, barrier = gn.threads(), traced.tile, threading.Barrier(3, timeout=20)
+    before, tile, barrier = gn.engine.threads(), traced.tile, threading.Barrier(3, timeout=20)
     places: set[int] = set()
 
     def met(*args):
@@ -232,11 +233,11 @@ def test_a_picture_takes_helpers(monkeypatch):
 
     monkeypatch.setattr(traced, "tile", met)
     try:
-        gn.threads(3)
+        gn.engine.threads(3)
         gn.render(gn.Lambertian(0.5), gn.ConstantLight(1.0), size=64, samples=64)
         assert len(places) == 3
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
 
 
 @needs_linux
@@ -249,11 +250,11 @@ def test_the_affinity_binds():
 os.environ.pop("GONIO_THREADS", None)
 gn.render(MATERIALS["coloured"], LIGHT, size=64, samples=64)
 until(lambda: workers.team().helpers)
-before = [gn.threads(), len(workers.team().helpers)]
+before = [gn.engine.threads(), len(workers.team().helpers)]
 os.sched_setaffinity(0, [{processors[1]}])
 _, threads = computing(lambda: gn.render(MATERIALS["coloured"], LIGHT, size=64, samples=64))
-own = [threads == {{threading.get_native_id()}}, gn.threads()]
-gn.threads(2)
+own = [threads == {{threading.get_native_id()}}, gn.engine.threads()]
+gn.engine.threads(2)
 gn.render(MATERIALS["coloured"], LIGHT, size=96, samples=64)
 helper = workers.team().helpers[0].thread
 print(json.dumps({{"before": before, "after": own, "helper": sorted(os.sched_getaffinity(helper))}}))
@@ -265,7 +266,7 @@ print(json.dumps({{"before": before, "after": own, "helper": sorted(os.sched_get
 
 
 def test_the_environment_binds():
-    assert run("print(json.dumps(gn.threads()))", GONIO_THREADS="3") == 3
+    assert run("print(json.dumps(gn.engine.threads()))", GONIO_THREADS="3") == 3
 
 
 @pytest.mark.parametrize(
@@ -301,7 +302,7 @@ def test_a_container_limits_threads(monkeypatch):
     monkeypatch.setattr(threads, "_COUNT", [])
     monkeypatch.delenv("GONIO_THREADS", raising=False)
     monkeypatch.setattr(threads, "container_limit", lambda: 1)
-    assert gn.threads() == 1
+    assert gn.engine.threads() == 1
 
 
 @pytest.mark.parametrize(

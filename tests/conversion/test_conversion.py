@@ -525,7 +525,7 @@ def test_what_is_written_has_no_re_radiation_and_the_report_says_so(module, tmp_
     pytest.skip("holds one channel")
 
 
-@pytest.mark.parametrize("call", [gn.tabulate, gn.to_dataset])
+@pytest.mark.parametrize("call", [gn.tables.tabulate, gn.tables.to_dataset])
 def test_tables_of_f_alone_say_so(call):
     with pytest.warns(FluorescenceWarning, match="gn.save") as said:
         call(INK, resolution=(4, 4, 6))

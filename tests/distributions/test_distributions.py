@@ -427,21 +427,21 @@ PAIRED = ["disney", "openpbr", "gltf"]
 @pytest.mark.parametrize("name", SINGLE)
 def test_roughness_round_trips(name):
     alpha = np.array([0.05, 0.2, 0.9])
-    there = getattr(gn.roughness, f"{name}_from_alpha")(alpha)
-    np.testing.assert_allclose(getattr(gn.roughness, f"alpha_from_{name}")(there), alpha, rtol=1e-12)
+    there = getattr(gn.radiometry.roughness, f"{name}_from_alpha")(alpha)
+    np.testing.assert_allclose(getattr(gn.radiometry.roughness, f"alpha_from_{name}")(there), alpha, rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", PAIRED)
 def test_anisotropic_roughness_round_trips(name):
     x, y = np.array([0.01, 0.2, 0.9]), np.array([0.004, 0.2, 0.3])
-    there = getattr(gn.roughness, f"{name}_from_alphas")(x, y)
-    back = getattr(gn.roughness, f"alphas_from_{name}")(*there)
+    there = getattr(gn.radiometry.roughness, f"{name}_from_alphas")(x, y)
+    back = getattr(gn.radiometry.roughness, f"alphas_from_{name}")(*there)
     np.testing.assert_allclose(back, (x, y), rtol=1e-12)
 
 
 def test_roughness_values():
     """By hand; pbrt-v3's polynomial is its constant at roughness 1."""
-    r = gn.roughness
+    r = gn.radiometry.roughness
     assert r.alpha_from_perceptual(0.5) == 0.25
     assert r.alpha_from_pbrt(0.25) == 0.5
     assert r.alpha_from_pbrt_v3(1.0) == pytest.approx(1.62142)
@@ -461,7 +461,7 @@ def test_blinn_phong_and_beckmann_agree_at_the_pole():
     """The meaning of n = 2/alpha^2 - 2: the same D at the pole."""
     pole = Direction(0.0, 0.0, 1.0)
     for alpha in (0.05, 0.3, 0.9):
-        n = gn.roughness.blinn_phong_n_from_alpha(alpha)
+        n = gn.radiometry.roughness.blinn_phong_n_from_alpha(alpha)
         assert gn.BlinnFacets(n).D(pole) == pytest.approx(gn.Beckmann(alpha).D(pole), rel=1e-12)
 
 
@@ -471,15 +471,15 @@ def test_rms_slope_of_beckmann():
     wm = at_slope(t)
     q = np.where(t < 1e3, t * t, 0.0)
     mean = 2.0 * PI * (gn.Beckmann(0.3).D(wm) * np.square(wm.x * wm.z) * q * weight).sum()
-    assert math.sqrt(0.5 * mean) == pytest.approx(gn.roughness.rms_slope_from_alpha(0.3), rel=1e-9)
+    assert math.sqrt(0.5 * mean) == pytest.approx(gn.radiometry.roughness.rms_slope_from_alpha(0.3), rel=1e-9)
 
 
 @pytest.mark.parametrize("call", [
-    lambda: gn.roughness.alpha_from_perceptual(-0.1),
-    lambda: gn.roughness.blinn_phong_n_from_alpha(0.0),
-    lambda: gn.roughness.pbrt_v3_from_alpha(2.0),
-    lambda: gn.roughness.disney_from_alphas(0.1, 0.2),
-    lambda: gn.roughness.alphas_from_gltf(0.5, 1.5),
+    lambda: gn.radiometry.roughness.alpha_from_perceptual(-0.1),
+    lambda: gn.radiometry.roughness.blinn_phong_n_from_alpha(0.0),
+    lambda: gn.radiometry.roughness.pbrt_v3_from_alpha(2.0),
+    lambda: gn.radiometry.roughness.disney_from_alphas(0.1, 0.2),
+    lambda: gn.radiometry.roughness.alphas_from_gltf(0.5, 1.5),
 ])  # fmt: skip
 def test_roughness_out_of_range(call):
     with pytest.raises(ParameterError):

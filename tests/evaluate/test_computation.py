@@ -107,11 +107,11 @@ def test_many_rows_are_shared_out():
     pixels, points = RNG.uniform(0.1, 0.9, (20_000, 1, 3)), RNG.uniform(0.1, 0.9, (1, 100, 2))
     found = SUMS(scene, pixel=pixels, point=points)
     sums = {name: np.zeros(x.shape) for name, x in found.items()}
-    before = gn.threads()
+    before = gn.engine.threads()
     for start in range(0, 100, 25):
-        gn.threads(1 + start % 2)
+        gn.engine.threads(1 + start % 2)
         SUMS.add(sums, scene, pixel=pixels, point=points[:, start : start + 25])
-    gn.threads(before)
+    gn.engine.threads(before)
     for name in ("light", "seen", "weight"):
         np.testing.assert_allclose(sums[name], found[name], rtol=1e-12)
 
@@ -254,16 +254,16 @@ def test_short_sums(count, dtype, channels):
 def test_short_sums_in_threads(monkeypatch):
     """Threads share out the pixels, never the points, whose terms are added to the same memory."""
     pixels, points = (RNG.uniform(0.1, 0.9, n).astype("float32") for n in ((300_000, 1, 3), (1, 7, 2)))
-    scene, before = scene_of([0.1, 0.2, 0.3], 1.5), gn.threads()
-    gn.threads(2)
+    scene, before = scene_of([0.1, 0.2, 0.3], 1.5), gn.engine.threads()
+    gn.engine.threads(2)
     monkeypatch.setattr(plans, "PIECES", 3)  # to which the 7 points, short for all lanes, would be parts enough
     together, grains = plans.together, []
-    monkeypatch.setattr(plans, "_crew", lambda work: gn.threads())
+    monkeypatch.setattr(plans, "_crew", lambda work: gn.engine.threads())
     monkeypatch.setattr(plans, "together", lambda *args: grains.append(args[-1]) or together(*args))
     several = [SUMS(scene, pixel=pixels, point=points) for _ in range(3)]
-    gn.threads(1)
+    gn.engine.threads(1)
     one = SUMS(scene, pixel=pixels, point=points)
-    gn.threads(before)
+    gn.engine.threads(before)
     assert grains and min(grains) > 0  # parts of the inner axis
     for found in several:
         for name, x in found.items():

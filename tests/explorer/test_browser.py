@@ -405,7 +405,7 @@ def test_values_of_the_browser_are_those_of_python(open_page, folder, materials)
     rng = np.random.default_rng(1)
     wi, wo = (rng.normal(size=(300, 3)) for _ in range(2))
     wi[:, 2], wo[:200, 2] = abs(wi[:, 2]), abs(wo[:200, 2])
-    wi, wo = gn.normalize(wi), gn.normalize(wo)
+    wi, wo = gn.directions.normalize(wi), gn.directions.normalize(wo)
     is_clear = (wi[:, 2] > 0.02) & (abs(wo[:, 2]) > 0.02)
     assert page.evaluate("() => gonio.materials.map((one) => one.text)") == texts
     for k, text in enumerate(texts):
@@ -423,7 +423,7 @@ def test_a_public_function_is_a_form(open_page):
     page.get_by_test_id("ask-function").select_option("black_sky_albedo")
     page.get_by_test_id("ask-theta").fill("45")
     page.get_by_test_id("ask-go").click()
-    expected = gn.black_sky_albedo(gn.material("gold"), np.radians(45.0))
+    expected = gn.remote_sensing.black_sky_albedo(gn.material("gold"), np.radians(45.0))
     sync_api.expect(page.get_by_test_id("ask-result")).to_contain_text("[", timeout=PATIENCE)
     found = page.get_by_test_id("ask-result").inner_text().strip("[]").split()
     np.testing.assert_allclose(np.array(found, float), expected, atol=1e-5)

@@ -27,7 +27,7 @@ TEXTS = (
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
     path = tmp_path_factory.mktemp("measured") / "table.csv"
-    gn.save(gn.tabulate(gn.material("gold-metallic-paint"), resolution=(6, 8, 12)), path)
+    gn.save(gn.tables.tabulate(gn.material("gold-metallic-paint"), resolution=(6, 8, 12)), path)
     return str(path)
 
 

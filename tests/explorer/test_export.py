@@ -48,7 +48,7 @@ class Seen(HTMLParser):
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory, built):
     tmp_path = tmp_path_factory.mktemp("exported")
-    gn.save(gn.tabulate(gn.material("gold-metallic-paint"), resolution=(6, 8, 12)), tmp_path / "table.csv")
+    gn.save(gn.tables.tabulate(gn.material("gold-metallic-paint"), resolution=(6, 8, 12)), tmp_path / "table.csv")
     given = [Given("gold", (), ("alpha=0.3",)), Given(str(tmp_path / "table.csv")), Given("Lambertian(0.3)")]
     size = export(tmp_path / "a.html", given)
     text = (tmp_path / "a.html").read_text(encoding="utf-8")

@@ -179,7 +179,7 @@ def test_half_difference_slices_hold_f_and_leave_out_what_is_unknown():
     assert image.shape == half_difference_figure.CELLS[::-1] and bar.get_ylabel() == "f [sr⁻¹]"
     edges = half_difference_figure.nodes()
     theta_h, theta_d = (np.radians(0.5 * (e[1:] + e[:-1])) for e in edges)
-    wi, wo = gn.from_half_difference(theta_h[20], 0.0, theta_d[50], 0.5 * np.pi)
+    wi, wo = gn.directions.from_half_difference(theta_h[20], 0.0, theta_d[50], 0.5 * np.pi)
     np.testing.assert_allclose(image[50, 20], PLASTIC.f(wi, wo), rtol=1e-9)
     of_grid = half_difference_figure.slice_of(grid(), 0.5 * np.pi)
     assert np.isnan(of_grid[-1]).all() and np.isfinite(of_grid[0, 0])  # beyond 65 degrees there are no data
@@ -229,7 +229,7 @@ def test_differences_are_signed(tmp_path):
     left, right = np.split(codes, [codes.shape[1] * 5 // 9], axis=1)
     assert np.ptp(left, axis=-1).max() < 8.0  # gray spheres
     assert (right[..., 0] - right[..., 2]).max() > 80.0  # brighter is red
-    again = gn.figures.difference(gn.difference(one, two))
+    again = gn.figures.difference(gn.scenes.picture_difference(one, two))
     np.testing.assert_array_equal(
         again.axes[2].images[0].get_array().filled(0.0),
         gn.figures.difference(one, two).axes[2].images[0].get_array().filled(0.0),
@@ -237,14 +237,14 @@ def test_differences_are_signed(tmp_path):
     drawn = again.axes[2].images[0]
     red, _, blue, _ = drawn.to_rgba(drawn.get_array())[12, 12]
     assert red > blue  # of the difference itself, beside its scale
-    high = gn.figures.difference(*(gn.Image(picture.pixels[:, 8:14]) for picture in (one, two)))
+    high = gn.figures.difference(*(gn.scenes.Image(picture.pixels[:, 8:14]) for picture in (one, two)))
     assert high.get_figheight() > 2.0 * again.get_figheight()
     of_models = gn.figures.difference(gn.Lambertian(0.3), gn.Lambertian(0.6)).axes[2].collections[0].get_array()
     np.testing.assert_allclose(of_models, 100.0 * 0.3 / 0.45)
 
 
 def test_a_fit_is_drawn_beside_its_data():
-    found = gn.fit(gn.tabulate(gn.Lambertian(0.3), resolution=(9, 9, 18)), gn.Lambertian())
+    found = gn.fit(gn.tables.tabulate(gn.Lambertian(0.3), resolution=(9, 9, 18)), gn.Lambertian())
     figure = gn.figures.fit(found)
     assert [axes.get_title() for axes in figure.axes[2:5]] == ["data", "model", "difference"]
     np.testing.assert_allclose(lines(figure.axes[0])[-1][1], 0.3 / np.pi, rtol=1e-6)

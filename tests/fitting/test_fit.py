@@ -111,14 +111,14 @@ def test_scipy_finds_the_same_optimum_with_the_same_errors():
     assert np.allclose(ours.values, other.values, rtol=1e-6)
     assert ours.cost <= other.cost * (1.0 + 1e-9)
     assert np.allclose(ours.covariance, other.covariance, rtol=1e-4)
-    problem = gn.fit_problem(data, MODEL)
+    problem = gn.fitting.fit_problem(data, MODEL)
     found = least_squares(problem.residuals, problem.x0, bounds=problem.bounds, x_scale="jac")  # numeric derivatives
     assert np.allclose(found.x, ours.values, rtol=1e-4)
     assert np.allclose(np.linalg.inv(found.jac.T @ found.jac), ours.covariance, rtol=1e-2)
 
 
 def test_jacobian_is_that_of_the_residuals():
-    problem = gn.fit_problem(noisy(TRUTHS["channels"][0], 50, 0.01, 2), MODEL.replace({"0.rho": 0.4}), "log")
+    problem = gn.fitting.fit_problem(noisy(TRUTHS["channels"][0], 50, 0.01, 2), MODEL.replace({"0.rho": 0.4}), "log")
     x = problem.x0
     j = problem.jacobian(x)
     for k in range(len(x)):
@@ -131,7 +131,7 @@ def test_jacobian_is_that_of_the_residuals():
 def test_numbers_that_channels_share_beside_a_weight_of_each():
     model = gn.Lambertian(0.3) + [1.0, 0.7, 0.3] * house.METAL
     data = noisy(model, 50, 0.01, 2)
-    problem = gn.fit_problem(data, model, by=["0.rho"], per_channel=False)
+    problem = gn.fitting.fit_problem(data, model, by=["0.rho"], per_channel=False)
     x, step = np.array([0.4]), np.array([1e-6])
     numeric = (problem.residuals(x + step) - problem.residuals(x - step)) / 2e-6
     np.testing.assert_allclose(problem.jacobian(x)[:, 0], numeric, rtol=1e-5, atol=1e-7)
@@ -140,7 +140,7 @@ def test_numbers_that_channels_share_beside_a_weight_of_each():
 
 @pytest.mark.parametrize("robust", ROBUST)
 def test_normal_equations_are_those_of_the_residuals(robust):
-    problem = gn.fit_problem(noisy(TRUTHS["channels"][0], 5000, 0.3, 3), TRUTHS["channels"][1], "cosine")
+    problem = gn.fitting.fit_problem(noisy(TRUTHS["channels"][0], 5000, 0.3, 3), TRUTHS["channels"][1], "cosine")
     problem = type(problem)(problem.samples, problem.unknowns, "cosine", robust, 0.05)
     x = problem.unknowns.start
     sums = problem.squares(x[None])
@@ -181,7 +181,7 @@ def test_few_values_leave_the_noise_open():
     rows = rows[(wi[rows, 2] > 0.15) & (wo[rows, 2] > 0.15)][:30]
     wi, wo = wi[rows], wo[rows]
     f, held = truth.f(wi, wo), np.zeros(4)
-    exact = gn.fit_problem((wi, wo, f), truth).x0
+    exact = gn.fitting.fit_problem((wi, wo, f), truth).x0
     for seed in range(30):
         found = gn.fit((wi, wo, f * (1.0 + 0.03 * np.random.default_rng(seed).standard_normal(30))), truth, starts=1)
         held += [low <= x <= high for x, (low, high) in zip(exact, found.interval().values(), strict=True)]
@@ -239,7 +239,7 @@ def test_shapes_of_kernels_are_kept_unless_they_are_asked_for():
     assert any("0.h_b, 0.b_r, 1.ndvi, 1.eta" in note for note in found.notes)
     asked = gn.fit(data, gn.RossLi(), by=["f_iso", "h_b"])
     assert asked.names == ("f_iso", "h_b") and not any("b_r" in note for note in asked.notes)
-    assert gn.fit_problem(data, gn.RossLi()).names == ("f_iso", "f_vol", "f_geo")
+    assert gn.fitting.fit_problem(data, gn.RossLi()).names == ("f_iso", "f_vol", "f_geo")
 
 
 def test_channels_share_what_is_not_linear():
@@ -283,12 +283,12 @@ def test_spectra_of_many_channels(channels, together, monkeypatch):
 
 
 def test_data_in_all_forms_give_the_same():
-    table = gn.tabulate(GLOSSY, resolution=(12, 12, 24))
+    table = gn.tables.tabulate(GLOSSY, resolution=(12, 12, 24))
     found = gn.fit(table, MODEL)
     wi, wo = (w.reshape(-1, 3) for w in table.directions())
     arrays = gn.fit((wi, wo, table.brdf().reshape(-1)), MODEL)
     assert np.allclose(found.values, arrays.values, rtol=1e-9)
-    dataset = gn.fit(gn.to_dataset(table), MODEL)
+    dataset = gn.fit(gn.tables.to_dataset(table), MODEL)
     assert np.allclose(found.values, dataset.values, rtol=1e-9)
 
 
@@ -384,7 +384,7 @@ def test_bad_data_are_refused(name):
         ({"weights": -np.ones(8)}, "from 0"),
         ({"starts": 0}, "starts"),
         ({"model": gn.IdealSpecular(0.5)}, "mirror"),
-        ({"model": gn.tabulate(gn.Lambertian(0.5), resolution=(3, 3, 3))}, "no parameters"),
+        ({"model": gn.tables.tabulate(gn.Lambertian(0.5), resolution=(3, 3, 3))}, "no parameters"),
     ],
 )
 def test_bad_arguments_are_refused(changes, words):
@@ -414,7 +414,7 @@ def test_lmfit_finds_the_same():
     lmfit = pytest.importorskip("lmfit")
     data = noisy(GLOSSY, 300, 0.02, 9)
     found = gn.fit(data, MODEL)
-    result = gn.fit_problem(data, found.model).to_lmfit().minimize()
+    result = gn.fitting.fit_problem(data, found.model).to_lmfit().minimize()
     assert np.allclose([p.value for p in result.params.values()], found.values, rtol=1e-4)
     assert np.allclose([p.stderr for p in result.params.values()], list(found.stderr.values()), rtol=0.02)
     assert lmfit.__version__
@@ -422,7 +422,7 @@ def test_lmfit_finds_the_same():
 
 def test_pytorch_differentiates_the_same_residuals():
     torch = pytest.importorskip("torch")
-    problem = gn.fit_problem(noisy(TRUTHS["channels"][0], 80, 0.01, 10), TRUTHS["channels"][1])
+    problem = gn.fitting.fit_problem(noisy(TRUTHS["channels"][0], 80, 0.01, 10), TRUTHS["channels"][1])
     x = torch.tensor(problem.x0, requires_grad=True)
     r = problem.residuals(x)
     assert np.allclose(r.detach().numpy(), problem.residuals(problem.x0), rtol=1e-9, atol=1e-12)
@@ -434,7 +434,7 @@ def test_pytorch_differentiates_the_same_residuals():
 def test_optimizers_of_pytorch_find_the_same():
     torch = pytest.importorskip("torch")
     data = noisy(GLOSSY, 300, 0.02, 15)
-    problem, found = gn.fit_problem(data, MODEL), gn.fit(data, MODEL)
+    problem, found = gn.fitting.fit_problem(data, MODEL), gn.fit(data, MODEL)
     x = torch.tensor(problem.x0, requires_grad=True)
     optimizer = torch.optim.LBFGS([x], max_iter=300, line_search_fn="strong_wolfe", tolerance_change=1e-14)
 
@@ -450,7 +450,7 @@ def test_optimizers_of_pytorch_find_the_same():
 
 def test_jax_differentiates_the_same_residuals():
     jax = pytest.importorskip("jax")
-    problem = gn.fit_problem(noisy(GLOSSY, 80, 0.01, 11), MODEL)
+    problem = gn.fitting.fit_problem(noisy(GLOSSY, 80, 0.01, 11), MODEL)
     with jax.enable_x64(True):
         x = jax.numpy.asarray(problem.x0)
         j = jax.jacobian(problem.residuals)(x)
@@ -467,7 +467,7 @@ def test_figures_and_command(half, tmp_path, monkeypatch):
     if half == 8:  # a figure that is not laid out takes half the time
         monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
     monkeypatch.chdir(tmp_path)
-    gn.save(gn.tabulate(GLOSSY, resolution=(half, half, 2 * half)), "paint.csv")
+    gn.save(gn.tables.tabulate(GLOSSY, resolution=(half, half, 2 * half)), "paint.csv")
     run = CliRunner().invoke(cli, ["fit", "paint.csv", "-o", "fit.json", "--plot", "fit.png"])
     assert run.exit_code == 0, run.output
     assert "1.distribution.alpha_x  0.15" in run.output and (tmp_path / "fit.png").stat().st_size > 10_000
@@ -485,7 +485,7 @@ def test_figures_and_command(half, tmp_path, monkeypatch):
 @pytest.mark.full  # by default the command does
 def test_selection_does_not_take_more_lobes_than_the_data_support():
     wi, wo, f, u = noisy(GLOSSY, 800, 0.02, 12)
-    chosen = gn.select_model((wi, wo, f, u), "lobes")
+    chosen = gn.fitting.select_model((wi, wo, f, u), "lobes")
     assert chosen.best.name == "Lambertian + GGX" and "no more" in chosen.verdict
 
 
@@ -495,14 +495,14 @@ def test_selection_takes_as_many_lobes_as_the_data_support(rows):
     two = (
         gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.05), gn.Schlick(0.04)) + gn.Microfacet(gn.GGX(0.4), gn.Schlick(0.2))
     )
-    assert gn.select_model(noisy(two, rows, 0.01, 13), "lobes").best.name == "Lambertian + 2 GGX"
+    assert gn.fitting.select_model(noisy(two, rows, 0.01, 13), "lobes").best.name == "Lambertian + 2 GGX"
 
 
 def test_a_model_that_cannot_be_fitted_is_a_line_of_the_table():
     models = {"white": gn.Lambertian(), "mirror": gn.IdealSpecular(0.5)}
-    chosen = gn.select_model(noisy(gn.Lambertian(0.4), 60, 0.01, 14), models)
+    chosen = gn.fitting.select_model(noisy(gn.Lambertian(0.4), 60, 0.01, 14), models)
     assert chosen.best.name == "white" and "mirror" in str(chosen)
     with pytest.raises(gn.Error, match="none of 1 models"):
-        gn.select_model(noisy(gn.Lambertian(0.4), 60, 0.01, 14), {"mirror": gn.IdealSpecular(0.5)}).best  # noqa: B018  (raises)
+        gn.fitting.select_model(noisy(gn.Lambertian(0.4), 60, 0.01, 14), {"mirror": gn.IdealSpecular(0.5)}).best  # noqa: B018  (raises)
     with pytest.raises(gn.Error, match="expected one of"):
-        gn.select_model(gn.Lambertian(0.4), "everything")
+        gn.fitting.select_model(gn.Lambertian(0.4), "everything")

@@ -1,4 +1,4 @@
-"""`gn.fit_many`: a row for each material and model, wherever it is computed; stopped runs go on."""
+"""`gn.fitting.fit_many`: a row for each material and model, wherever it is computed; stopped runs go on."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ import pandas
 import pytest
 
 import gonio as gn
-from gonio.fitting import fit_many as many
-from gonio.fitting import fit_table
+from gonio.fitting import fit_table, many
 from gonio.fitting.cluster import ENVIRONMENT, workers
 
 MODELS = {"matt": gn.Lambertian(), "rough": gn.OrenNayar()}
@@ -30,7 +29,7 @@ def folder(tmp_path):
 
 
 def test_a_bad_file_is_a_row_with_its_error(folder):
-    table = gn.fit_many(folder, MODELS)
+    table = gn.fitting.fit_many(folder, MODELS)
     assert list(table["material"]) == [
         n for n in ("bad.json", "m0.json", "m1.json", "m2.json", "m3.json") for _ in "ab"
     ]
@@ -49,18 +48,18 @@ def test_a_resumed_run_computes_nothing_twice(folder, tmp_path, suffix, monkeypa
     output, asked = tmp_path / f"fits.{suffix}", []
     original = many._rows
     monkeypatch.setattr(many, "_rows", lambda job: asked.append((job.name, *job.models)) or original(job))
-    first = gn.fit_many(folder, {"matt": MODELS["matt"]}, output=output)
+    first = gn.fitting.fit_many(folder, {"matt": MODELS["matt"]}, output=output)
     assert len(asked) == 5 and not output.with_name(output.name + ".unfinished").exists()
-    again = gn.fit_many(folder, {"matt": MODELS["matt"]}, output=output)
+    again = gn.fitting.fit_many(folder, {"matt": MODELS["matt"]}, output=output)
     assert len(asked) == 5
     pandas.testing.assert_frame_equal(first, again, check_exact=True)
-    more = gn.fit_many(folder, MODELS, output=output)
+    more = gn.fitting.fit_many(folder, MODELS, output=output)
     assert len(asked) == 10 and all(models == ("rough",) for _, *models in asked[5:] for models in [tuple(models)])
     assert list(more[more["model"] == "matt"]["rho"].dropna()) == list(first["rho"].dropna())
     for k in range(3):  # the same numbers, written again, and what cannot be read: other bytes of it
         os.utime(folder / f"m{k}.json", (1.0, 1.0))
     (folder / "bad.json").write_text("[]")
-    gn.fit_many(folder, MODELS, output=output)
+    gn.fitting.fit_many(folder, MODELS, output=output)
     assert asked[10:] == [("bad.json", "matt", "rough")]
 
 
@@ -74,21 +73,23 @@ def test_rows_of_others_stay(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        gn.fit_many(sources, {"rough": gn.OrenNayar()}, output=output, progress=stop)
+        gn.fitting.fit_many(sources, {"rough": gn.OrenNayar()}, output=output, progress=stop)
     assert journal.exists() and not output.exists()
-    own = gn.fit_many({"a": sources["a"]}, {"matt": gn.Lambertian()}, output=output)
+    own = gn.fitting.fit_many({"a": sources["a"]}, {"matt": gn.Lambertian()}, output=output)
     assert list(own["model"]) == ["matt"]
     held = pandas.read_csv(output)
     assert not journal.exists() and list(held["model"])[:1] == ["matt"] and {*held["model"]} == {"matt", "rough"}
     counts = []
-    gn.fit_many(sources, {"rough": gn.OrenNayar()}, output=output, progress=lambda done, total: counts.append(done))
+    gn.fitting.fit_many(
+        sources, {"rough": gn.OrenNayar()}, output=output, progress=lambda done, total: counts.append(done)
+    )
     assert counts[0] > 0 and len(pandas.read_csv(output)) == 3
 
 
 @pytest.mark.parametrize("kept", ["table", "journal"])
 def test_a_fit_to_other_data_is_not_replaced(tmp_path, kept):
     output = tmp_path / "fits.csv"
-    gn.fit_many({"a": gn.Lambertian(0.3)}, {"matt": gn.Lambertian()}, output=output)
+    gn.fitting.fit_many({"a": gn.Lambertian(0.3)}, {"matt": gn.Lambertian()}, output=output)
     if kept == "journal":
         row = fit_table._read(output)[0]
         output.rename(tmp_path / "fits.csv.unfinished").write_text(json.dumps([row]) + "\n")
@@ -96,7 +97,7 @@ def test_a_fit_to_other_data_is_not_replaced(tmp_path, kept):
     for change in ({}, {"loss": "log"}, {"theta_max": 1.0}):
         source = gn.Lambertian(0.3) if change else gn.Lambertian(0.4)
         with pytest.raises(gn.errors.ParameterError, match="holds a fit of a by matt to other data"):
-            gn.fit_many({"a": source}, {"matt": gn.Lambertian()}, output=output, **change)
+            gn.fitting.fit_many({"a": source}, {"matt": gn.Lambertian()}, output=output, **change)
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
@@ -107,7 +108,7 @@ def test_a_table_in_a_model_counts_by_its_numbers(tmp_path):
 
     def fitted(output):
         model = {"on": gn.Lambertian() + gn.load(path)}
-        return gn.fit_many({"a": gn.Lambertian(0.8)}, model, output=output)["0.rho"][0]
+        return gn.fitting.fit_many({"a": gn.Lambertian(0.8)}, model, output=output)["0.rho"][0]
 
     gn.save(gn.Gridded("angles", axes, np.full((2, 2, 2), 0.05)), path)
     first = fitted(output)
@@ -130,7 +131,7 @@ def test_what_is_no_journal_is_left_alone(tmp_path, text):
     journal = tmp_path / "fits.csv.unfinished"
     journal.write_text(text + "\n")
     with pytest.raises(gn.errors.FormatError, match="is no journal of gonio"):
-        gn.fit_many({"a": gn.Lambertian(0.3)}, {"matt": gn.Lambertian()}, output=tmp_path / "fits.csv")
+        gn.fitting.fit_many({"a": gn.Lambertian(0.3)}, {"matt": gn.Lambertian()}, output=tmp_path / "fits.csv")
     assert journal.read_text() == text + "\n"
 
 
@@ -144,10 +145,10 @@ def test_a_file_that_changes_while_it_is_fitted_is_fitted_by_the_next_run(tmp_pa
         return original(job)
 
     monkeypatch.setattr(many, "_rows", late)
-    row = gn.fit_many([path], {"matt": gn.Lambertian()}, output=output).iloc[0]
+    row = gn.fitting.fit_many([path], {"matt": gn.Lambertian()}, output=output).iloc[0]
     assert row["status"] == "failed" and "changed after the run began" in row["error"]
     monkeypatch.setattr(many, "_rows", original)
-    assert round(gn.fit_many([path], {"matt": gn.Lambertian()}, output=output)["rho"][0], 6) == 0.4
+    assert round(gn.fitting.fit_many([path], {"matt": gn.Lambertian()}, output=output)["rho"][0], 6) == 0.4
 
 
 def test_a_stopped_run_goes_on(folder, tmp_path):
@@ -158,14 +159,14 @@ def test_a_stopped_run_goes_on(folder, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        gn.fit_many(folder, MODELS, output=output, progress=stop)
+        gn.fitting.fit_many(folder, MODELS, output=output, progress=stop)
     journal = output.with_name("fits.csv.unfinished")
     kept = [row for line in journal.read_bytes().splitlines() for row in json.loads(line)]
     assert len(kept) >= 4 and not output.exists()
     with journal.open("ab") as file:
         file.write(b'[{"key": "cut o')
     counts = []
-    table = gn.fit_many(folder, MODELS, output=output, progress=lambda done, total: counts.append(done))
+    table = gn.fitting.fit_many(folder, MODELS, output=output, progress=lambda done, total: counts.append(done))
     assert counts[0] == len(kept) and counts[-1] == 10 and not journal.exists()
     assert len(table) == 10 and table["seconds"].between(0.0, 60.0).all()
 
@@ -174,21 +175,21 @@ def test_a_file_of_others_is_left_alone(folder, tmp_path):
     output = tmp_path / "mine.csv"
     output.write_text("a,b\n1,2\n")
     with pytest.raises(gn.errors.FormatError, match="no table of fits"):
-        gn.fit_many(folder, MODELS, output=output)
+        gn.fitting.fit_many(folder, MODELS, output=output)
     assert output.read_text() == "a,b\n1,2\n"
     with pytest.raises(gn.errors.ParameterError, match=r"expected \.parquet or \.csv"):
-        gn.fit_many(folder, MODELS, output=tmp_path / "fits.txt")
+        gn.fitting.fit_many(folder, MODELS, output=tmp_path / "fits.txt")
 
 
 def test_without_pyarrow_csv_is_advised(folder, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     with pytest.raises(gn.errors.DependencyError, match=r'pip install "gonio\[fit\]"'):
-        gn.fit_many(folder, MODELS, output=tmp_path / "fits.parquet")
+        gn.fitting.fit_many(folder, MODELS, output=tmp_path / "fits.parquet")
 
 
 def test_wrong_schedulers_are_refused(folder):
     with pytest.raises(gn.errors.ParameterError, match="expected None for threads"):
-        gn.fit_many(folder, MODELS, scheduler="two")
+        gn.fitting.fit_many(folder, MODELS, scheduler="two")
 
 
 JOB = "(__import__('time').sleep(0.05), __import__('os').getpid(), dict(__import__('os').environ))"
@@ -198,7 +199,7 @@ JOB = "(__import__('time').sleep(0.05), __import__('os').getpid(), dict(__import
 @pytest.mark.slow_because("the fits run in processes of their own, one of which is killed")
 @pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.full)])
 def test_processes_give_the_same_and_survive_a_kill(folder, count):
-    here = gn.fit_many(folder, MODELS)
+    here = gn.fitting.fit_many(folder, MODELS)
     with workers(f"processes:{count}") as crew:
         after, killed = [], 0
         for number, result, error in crew.results(eval, [JOB + k * " " for k in range(8)]):
@@ -208,7 +209,7 @@ def test_processes_give_the_same_and_survive_a_kill(folder, count):
                 os.kill(killed := result[1], signal.SIGKILL)
         assert sorted(number for number, *_ in after) == list(range(8)) and after[-1][2] != killed
         assert {name: str(value) for name, value in ENVIRONMENT.items()}.items() <= after[-1][3].items()
-        table = gn.fit_many(folder, MODELS, scheduler=crew.executor)
+        table = gn.fitting.fit_many(folder, MODELS, scheduler=crew.executor)
     kept = [name for name in here.columns if name != "seconds"]
     # workers have one thread for linear algebra each, which rounds sums differently from several
     pandas.testing.assert_frame_equal(here[kept], table[kept], rtol=1e-12, atol=1e-15)
@@ -221,9 +222,9 @@ def test_processes_give_the_same_and_survive_a_kill(folder, count):
 @pytest.mark.filterwarnings("ignore::ResourceWarning")  # of Dask, when its cluster ends
 def test_a_client_of_dask_computes_too(folder):
     distributed = pytest.importorskip("distributed")
-    here = gn.fit_many(folder, {"matt": MODELS["matt"]})
+    here = gn.fitting.fit_many(folder, {"matt": MODELS["matt"]})
     with distributed.Client(processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None) as client:
-        there = gn.fit_many(folder, {"matt": MODELS["matt"]}, scheduler=client)
+        there = gn.fitting.fit_many(folder, {"matt": MODELS["matt"]}, scheduler=client)
     assert np.allclose(here["rho"], there["rho"], rtol=1e-12, equal_nan=True)
 
 

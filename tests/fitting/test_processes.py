@@ -67,7 +67,7 @@ class Paint(Reflectance):
 seen = []
 look = lambda done, total: seen.append((len(family(os.getpid())), len(sockets(os.getpid())), listening(os.getpid())))
 # no guard: this script is not run once more
-table = gn.fit_many({"a": gn.Lambertian(0.3)}, {"m": Paint()}, starts=1, scheduler="processes:1", progress=look)
+table = gn.fitting.fit_many({"a": gn.Lambertian(0.3)}, {"m": Paint()}, starts=1, scheduler="processes:1", progress=look)
 print(table["status"][0], table["rho"][0].round(3), max(n for n, *_ in seen), *{str(rest) for _, *rest in seen})
 """
 

@@ -22,7 +22,7 @@ FORMAT = bispectral_exr.NAME
 
 def saved(tmp_path: Path, names: list[str], values: list[float]) -> Path:
     path = tmp_path / "made.exr"
-    gn.Image(np.broadcast_to(np.array(values, "f4"), (2, 2, len(values))).copy(), channels=names).save(path)
+    gn.scenes.Image(np.broadcast_to(np.array(values, "f4"), (2, 2, len(values))).copy(), channels=names).save(path)
     return path
 
 

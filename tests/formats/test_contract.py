@@ -45,7 +45,7 @@ def test_modules_say_what_every_format_needs() -> None:
 IN_MEMORY: dict[str, Callable[[], Measured]] = {
     "grid": lambda: grid("angles", (3, 4, 5)),
     "rows": lambda: rows(),
-    "tabulated": lambda: gn.tabulate(gn.Lambertian([0.1, 0.2, 0.3]), resolution=(4, 4, 4)),
+    "tabulated": lambda: gn.tables.tabulate(gn.Lambertian([0.1, 0.2, 0.3]), resolution=(4, 4, 4)),
 }
 
 

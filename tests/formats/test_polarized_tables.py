@@ -30,7 +30,7 @@ def fields(*shape: int) -> dict[str, np.ndarray]:
 def test_a_kaist_file_gives_its_matrices_about_the_facet():
     stored = fields(5, 5, 9)
     m = kaist.KAIST(stored)
-    wi, wo = gn.from_half_difference(0.125 * np.pi, 0.0, 0.25 * np.pi, 0.25 * np.pi)
+    wi, wo = gn.directions.from_half_difference(0.125 * np.pi, 0.0, 0.25 * np.pi, 0.25 * np.pi)
     facet = to_frames(m.mueller(wi, wo), wi, wo, "facet")
     np.testing.assert_allclose(facet, stored["M"][5, 2, 1], atol=2e-6)
     assert m.polarizes

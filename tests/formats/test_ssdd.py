@@ -126,7 +126,7 @@ def test_ssdd_refuses_what_it_cannot_say(tmp_path):
 
 
 def test_ssdd_of_rows_in_no_grid_and_of_a_metal(tmp_path):
-    """What `gn.tabulate` makes of a material of this package, and the grid that rows in no grid are looked up in."""
+    """What `gn.tables.tabulate` makes of a material, and the grid that rows in no grid are looked up in."""
     theta = np.linspace(0.1, 0.9, 20)
     for rows in (
         gn.Scattered(theta, 0.0, theta[::-1], np.linspace(0.0, 3.0, 20), 0.1 + theta),
@@ -136,6 +136,6 @@ def test_ssdd_of_rows_in_no_grid_and_of_a_metal(tmp_path):
         gn.save(rows, tmp_path / "rows.ssdd")
         again = gn.load(tmp_path / "rows.ssdd")
         np.testing.assert_allclose(again.f_angles(0.3, 0.0, 0.2, 1.0), rows.f_angles(0.3, 0.0, 0.2, 1.0), rtol=1e-14)
-    brass = gn.tabulate(gn.material("brass"), resolution=(5, 4, 6))
+    brass = gn.tables.tabulate(gn.material("brass"), resolution=(5, 4, 6))
     gn.save(brass, tmp_path / "brass.ssdd")
     np.testing.assert_array_equal(gn.load(tmp_path / "brass.ssdd").stored, brass.stored)

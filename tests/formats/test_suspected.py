@@ -60,7 +60,7 @@ def test_what_is_measured_is_no_mark():
 
 
 def test_an_albedo_far_above_one_is_told_where_a_file_is_read(tmp_path):
-    bright = gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(9, 9, 12))
+    bright = gn.tables.tabulate(gn.Lambertian(0.5), "angles", resolution=(9, 9, 12))
     for scale, told in ((1.0, False), (100.0, True)):
         path = tmp_path / f"{scale}.csv"
         gn.save(bright.with_brdf(scale * bright.brdf()), path)
@@ -72,6 +72,6 @@ def test_an_albedo_far_above_one_is_told_where_a_file_is_read(tmp_path):
 
 def test_a_rough_albedo_is_near_to_the_albedo():
     for m in (gn.Lambertian(0.5), gn.OrenNayar(0.8, 0.5), gn.Microfacet(gn.GGX(0.3), gn.Schlick(0.9))):
-        table = gn.tabulate(m, "angles", resolution=(31, 31, 36))
+        table = gn.tables.tabulate(m, "angles", resolution=(31, 31, 36))
         wi = gn.direction(np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 75.0]), 0.0)
         assert table.rough_albedo() == pytest.approx(float(np.max(gn.albedo(table, wi))), rel=0.05)

@@ -489,12 +489,12 @@ def test_a_two_sided_material_is_converted_and_tabulated(tmp_path, monkeypatch):
         gn.TwoSided(gn.Lambertian(0.3), gn.Lambertian(0.3)), tmp_path / "a.xml", "WINDOW XML", basis="quarter"
     )
     assert black.error.albedo < 1e-6
-    table = gn.tabulate(material, resolution=(18, 18, 36))
+    table = gn.tables.tabulate(material, resolution=(18, 18, 36))
     assert isinstance(table, gn.Sheet)
     wi, wo = sphere(300, 11), sphere(300, 12)
     inside = (np.abs(wi[:, 2]) > 0.3) & (np.abs(wo[:, 2]) > 0.3)
     np.testing.assert_allclose(table.f(wi, wo)[inside], material.f(wi, wo)[inside], rtol=0.1)
-    gn.save(gn.tabulate(material, resolution=(4, 4, 6)), tmp_path / "a.csv")
+    gn.save(gn.tables.tabulate(material, resolution=(4, 4, 6)), tmp_path / "a.csv")
     assert {*quarters(gn.load(tmp_path / "a.csv", side="both"))} == {*QUARTERS}
 
 

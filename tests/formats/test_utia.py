@@ -15,7 +15,7 @@ import gonio as gn
 from gonio.errors import FormatError, ParameterError
 from gonio.formats import csail, formats, load, save, utia
 from gonio.pictures.colour import RGB_OF_XYZ
-from gonio.pictures.image import Image, read_image
+from gonio.pictures.image import Image, load_image
 
 
 def utia_index(plane, ti, pi, to, po):
@@ -109,7 +109,7 @@ def test_utia_pictures(tmp_path):
     found = load(picture)
     np.testing.assert_array_equal(found.raw, as_table.raw.astype(np.float32))
     # The pixel in row 48 * 2 + 5, column 48 * 3 + 7 is theta_i = 30, phi_i = 37.5, theta_o = 45, phi_o = 52.5 degrees.
-    pixels = read_image(picture).pixels
+    pixels = load_image(picture).pixels
     f = as_table.f_angles(*np.radians([30.0, 37.5, 45.0, 52.5]))
     np.testing.assert_allclose(pixels[101, 151], f, rtol=1e-6)
     # Turned upside down it is the same material, for that one is reciprocal; unless that is said otherwise.

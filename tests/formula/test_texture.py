@@ -113,11 +113,11 @@ def test_colours_of_files(tmp_path):
     np.testing.assert_allclose(gn.Texture(CODES, colour="linear").texels, CODES / 255.0, atol=1e-6)
     np.testing.assert_allclose(gn.Texture(CODES.astype(np.uint16), colour="linear").texels, CODES / 65535.0, atol=1e-6)
     assert gn.Texture(CODES, colour="linear").texels.dtype == np.float32  # codes fill half of its digits
-    gn.Image(light).save(tmp_path / "light.exr")
+    gn.scenes.Image(light).save(tmp_path / "light.exr")
     np.testing.assert_allclose(gn.Texture(tmp_path / "light.exr").texels, light, atol=1e-6)
     again = gn.Texture(tmp_path / "light.exr", colour="srgb").texels
     np.testing.assert_allclose(again, np.vectorize(lambda x: decoded(255.0 * x))(light), atol=1e-6)
-    assert gn.Texture(gn.Image(light)).texels.shape == (2, 1, 3)
+    assert gn.Texture(gn.scenes.Image(light)).texels.shape == (2, 1, 3)
 
 
 def test_transparency_is_announced(tmp_path):
@@ -139,7 +139,7 @@ def test_bad_images(tmp_path):
         ([0.1, 0.2], ShapeError, r"shape \(2,\), expected \(H, W, C\) or \(H, W\)"),
         (np.zeros((0, 2)), ShapeError, r"shape \(0, 2\)"),
         (np.zeros((2, 2, 2, 2)), ShapeError, r"shape \(2, 2, 2, 2\)"),
-        (0.5, ParameterError, "got a float; expected the path of a picture, a gn.Image, or an array"),
+        (0.5, ParameterError, "got a float; expected the path of a picture, a gn.scenes.Image, or an array"),
         (None, ParameterError, "got a NoneType"),
         ([["a", "b"]], ParameterError, "the image is no"),
         (np.ma.masked_less(TEXELS, 0.5), ParameterError, "some texels are masked"),

@@ -15,6 +15,7 @@ import pytest
 from places import ROOT
 
 import gonio as gn
+from gonio.declared.namespace import namespaces
 
 pytestmark = pytest.mark.texts
 
@@ -82,6 +83,9 @@ def test_every_public_name_is_explained(reference):
     explained = {name for group in reference.groups().values() if group.module == "gonio" for name in group.names}
     modules = {group.title.removeprefix("gonio.") for group in reference.groups().values()}
     assert set(gn.__all__) - explained - modules == set()
+    groups = {group.module: {*group.names} for group in reference.groups().values()}
+    for name, module in namespaces():
+        assert {n for n in module.__all__ if callable(getattr(module, n))} - groups[f"gonio.{name}"] == set()
     entry = re.compile(r"^\.\. (?:auto\w+:: gonio\.|py:function:: )(\w+)(?:\(\))?$", re.MULTILINE)
     assert explained - set(entry.findall("\n".join(reference.pages().values()))) == set()
 
@@ -112,7 +116,7 @@ def test_docstrings_become_paragraphs_arguments_and_fields(manual):
     """
     lines = "\n".join(docstrings.as_rst(text))
     assert r"f = D(wm) \|wi\|^2 \* k\_s." in lines
-    assert "``data``\n   arrays, or a path." in lines and ":py:obj:`Fit <gonio.Fit>`" in lines
+    assert "``data``\n   arrays, or a path." in lines and ":py:obj:`Fit <gonio.results.Fit>`" in lines
     assert "``alpha``\n   slope scale" in lines
     assert ":Units: f: 1/sr; angles: rad." in lines
     assert ".. code-block:: pycon\n\n   >>> 1 + 1\n   2" in lines

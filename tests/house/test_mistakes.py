@@ -17,12 +17,20 @@ REFUSED = {
     "polar angles in degrees": (lambda: gn.direction([0, 15, 30], 0), DirectionError, "theta: 15 is no polar angle"),
     "f_angles in degrees": (lambda: matte.f_angles(30, 0, 45, 180), DirectionError, "numpy.radians(30)"),
     "a sun in degrees": (
-        lambda: gn.black_sky_albedo(matte, 45),
+        lambda: gn.remote_sensing.black_sky_albedo(matte, 45),
         DirectionError,
         "0 to pi/2 [rad]; in degrees?",
     ),
-    "a sun below the horizon": (lambda: gn.black_sky_albedo(matte, 1.7), DirectionError, "1.7 is no polar angle here"),
-    "a blue sky in degrees": (lambda: gn.blue_sky_albedo(matte, 45, 0.2), DirectionError, "numpy.radians(45)"),
+    "a sun below the horizon": (
+        lambda: gn.remote_sensing.black_sky_albedo(matte, 1.7),
+        DirectionError,
+        "1.7 is no polar angle here",
+    ),
+    "a blue sky in degrees": (
+        lambda: gn.remote_sensing.blue_sky_albedo(matte, 45, 0.2),
+        DirectionError,
+        "numpy.radians(45)",
+    ),
     "degrees beyond the sphere": (lambda: gn.direction(200, 0, degrees=True), DirectionError, "-180 to 180 degrees"),
     "a vector that is no direction": (
         lambda: gn.albedo(matte, [1, 1, 1]),
@@ -32,7 +40,7 @@ REFUSED = {
     "a view of length 2": (
         lambda: gn.reflected_radiance(matte, gn.ConstantLight(1.0), [0, 0, 2]),
         DirectionError,
-        "divide by it: gonio.normalize(w)",
+        "divide by it: gonio.directions.normalize(w)",
     ),
     "no direction at all": (lambda: gn.albedo(matte, [0, 0, 0]), DirectionError, "length 0 has no direction"),
     "a cone in degrees": (lambda: gn.Cone([0, 0, 1], 30), ParameterError, "(0, pi/2] [rad]"),
@@ -41,7 +49,7 @@ REFUSED = {
     "an albedo in percent": (lambda: gn.Lambertian(50), ParameterError, "in percent? 50 % is 0.5"),
     "albedos in percent": (lambda: gn.Lambertian([50, 20, 30]), ParameterError, "in percent? 50 % is 0.5"),
     "wavelengths in micrometres": (
-        lambda: gn.refractive_index("gold", 0.5),
+        lambda: gn.spectra.refractive_index("gold", 0.5),
         ParameterError,
         "in micrometres? 1000",
     ),
@@ -71,7 +79,7 @@ REFUSED = {
         "phi_o: up to 180, expected at most two turns",
     ),
     "a sky's share in percent": (
-        lambda: gn.blue_sky_albedo(matte, 0.3, 20),
+        lambda: gn.remote_sensing.blue_sky_albedo(matte, 0.3, 20),
         ParameterError,
         "expected the sky's share of light, in [0, 1]",
     ),
@@ -126,9 +134,9 @@ MASKED = {
     "a map": lambda: gn.Lambertian(RHO).f(UP, UP)[:, 0],
     "an integral of a map": lambda: gn.albedo(gn.Lambertian(RHO), UP)[:, 0],
     "an integral of directions": lambda: gn.albedo(matte, W),
-    "suns": lambda: gn.black_sky_albedo(matte, THETA),
-    "skies": lambda: gn.blue_sky_albedo(matte, 0.3, THETA),
-    "wavelengths": lambda: gn.refractive_index("gold", 5000.0 * np.ma.array([0.1, 0.2, 0.11], mask=MASK))[0],
+    "suns": lambda: gn.remote_sensing.black_sky_albedo(matte, THETA),
+    "skies": lambda: gn.remote_sensing.blue_sky_albedo(matte, 0.3, THETA),
+    "wavelengths": lambda: gn.spectra.refractive_index("gold", 5000.0 * np.ma.array([0.1, 0.2, 0.11], mask=MASK))[0],
     "normals": lambda: gn.reflected_radiance(matte, gn.DistantLight(UP, 1.0), UP, normal=W),
 }
 
@@ -149,4 +157,4 @@ def test_azimuths_and_polar_angles_of_any_sign_are_taken():
 def test_typed_digits_are_taken_for_a_unit_vector():
     w = np.array([0.577, 0.577, 0.577])
     glossy = gn.Microfacet(gn.GGX(0.3))
-    assert abs(gn.albedo(glossy, w) - gn.albedo(glossy, gn.normalize(w))) < 1e-9
+    assert abs(gn.albedo(glossy, w) - gn.albedo(glossy, gn.directions.normalize(w))) < 1e-9

@@ -42,23 +42,29 @@ TABLE = [
     # something else in the place of a reflectance
     ("gn.check(gn.GGX(0.2))", "a distribution of facet normals; write gn.Microfacet(gn.GGX(alpha_x=0.2))"),
     ("gn.albedo(gn.GGX(0.2), up)", "expected a reflectance; this is a distribution"),
-    ("gn.white_sky_albedo(gn.Dielectric(1.5))", "write gn.Microfacet(gn.GGX(0.1), gn.Dielectric(eta=1.5))"),
+    (
+        "gn.remote_sensing.white_sky_albedo(gn.Dielectric(1.5))",
+        "write gn.Microfacet(gn.GGX(0.1), gn.Dielectric(eta=1.5))",
+    ),
     ("gn.check(gn.Lambertian)", "this is a class, of which an instance is needed; write gn.Lambertian()"),
     ("gn.albedo(gn.GGX, up)", "write gn.Microfacet(gn.GGX())"),
     ("gn.albedo('gold', up)", "gn.material('gold') for a built-in material, or gn.load(path) for a file"),
     ("gn.render('brass.binary', sun)", "write gn.load('brass.binary')"),
     ("gn.render(Path('brass.binary'), sun)", "write gn.load('brass.binary')"),
-    ("gn.tabulate('Lambertian(0.5)')", "write gn.expression('Lambertian(0.5)')"),
+    ("gn.tables.tabulate('Lambertian(0.5)')", "write gn.expression('Lambertian(0.5)')"),
     ("gn.albedo(None, up)", "albedo(m=None): expected a reflectance; write one, such as gn.Lambertian(0.5)"),
     ("gn.albedo(0.5, up)", "a number or an array of albedos: write gn.Lambertian(rho)"),
     ("gn.save(np.ones((9, 9)), 'x.csv')", "measured values: gn.Gridded or gn.Scattered"),
     ("gn.convert([matte, rgb], 'x.csv')", "one at a time, or their sum: write m1 + m2"),
-    ("gn.albedo(ds, up)", "write gn.from_dataset(ds)"),
-    ("gn.to_dataset(lambda wi, wo: 0.3)", "`formula` of a subclass of gn.Reflectance"),
+    ("gn.albedo(ds, up)", "write gn.tables.from_dataset(ds)"),
+    ("gn.tables.to_dataset(lambda wi, wo: 0.3)", "`formula` of a subclass of gn.Reflectance"),
     ("gn.render(sun, matte)", "this is a light; write gn.render(m, gn.DistantLight("),
-    ("gn.kernel(sun)", "with the reflectance first"),
+    ("gn.engine.kernel(sun)", "with the reflectance first"),
     ("gn.reflectance(gn.Cone, up)", "this is the class Cone"),
-    ("gn.repair.fill_holes(matte)", "expected a measurement; gn.tabulate(m), or gn.repair.resample(m), makes a table"),
+    (
+        "gn.repair.fill_holes(matte)",
+        "expected a measurement; gn.tables.tabulate(m), or gn.repair.resample(m), makes a table",
+    ),
     ("gn.repair.merge_scans(3)", "expected a list of which each is a measurement"),
     ("gn.with_uncertainty(matte, correlation='common')", "(function=Lambertian(rho=0.5)): expected a function"),
     ("gn.expression('GGX(0.2)')", "write Microfacet(GGX(alpha_x=0.2))"),
@@ -95,12 +101,15 @@ TABLE = [
     ("gn.direction(None, 0)", "a NoneType is no number"),
     ("gn.direction([0, 1], [0, 1, 2])", "theta, phi: shapes (2,), (3,) do not broadcast"),
     ("gn.direction(0, float('inf'))", "phi=inf: infinite"),
-    ("gn.normalize(None)", "w: got None, expected vectors (..., 3)"),
-    ("gn.reflect(up, None)", "wm: got None, expected vectors"),
+    ("gn.directions.normalize(None)", "w: got None, expected vectors (..., 3)"),
+    ("gn.directions.reflect(up, None)", "wm: got None, expected vectors"),
     ("gn.Cone('a', 0.1)", "Cone(axis='a'): expected a direction of three finite numbers"),
     ("gn.Cone(up, None)", "Cone(half_angle=None): expected an angle"),
-    ("gn.black_sky_albedo(matte, 'noon')", "theta='noon'"),
-    ("gn.blue_sky_albedo(matte, 0.5, 'all')", "diffuse_fraction='all': expected the sky's share of light"),
+    ("gn.remote_sensing.black_sky_albedo(matte, 'noon')", "theta='noon'"),
+    (
+        "gn.remote_sensing.blue_sky_albedo(matte, 0.5, 'all')",
+        "diffuse_fraction='all': expected the sky's share of light",
+    ),
     # numbers and words
     ("gn.albedo(matte, up, 'fine')", "albedo(tolerance='fine'): expected a number"),
     ("gn.albedo(matte, up, 0.0)", "albedo(tolerance=0.0): expected a number from 1e-13 below 1"),
@@ -110,11 +119,11 @@ TABLE = [
     ("gn.render(matte, sun, size=4, progress=1)", "render(progress=1): expected a function"),
     ("gn.check(matte, laws=3)", "check(laws=3): expected words: only these"),
     ("gn.check(matte, laws='energie')", "no law 'energie'"),
-    ("gn.threads('x')", "expected a whole number"),
+    ("gn.engine.threads('x')", "expected a whole number"),
     ("gn.material(None)", "material(name=None): expected a word"),
-    ("gn.refractive_index('gold', 'green')", "expected numbers [nm]"),
-    ("gn.roughness.alpha_from_perceptual('rough')", "roughness='rough'"),
-    ("gn.roughness.alphas_from_disney([0.1, 0.2], [0.1, 0.2, 0.3])", "shapes must broadcast"),
+    ("gn.spectra.refractive_index('gold', 'green')", "expected numbers [nm]"),
+    ("gn.radiometry.roughness.alpha_from_perceptual('rough')", "roughness='rough'"),
+    ("gn.radiometry.roughness.alphas_from_disney([0.1, 0.2], [0.1, 0.2, 0.3])", "shapes must broadcast"),
     ("gn.radiometry.solid_angle_cone(None)", "half_angle=None: a NoneType, which is no real number"),
     ("gn.radiometry.convert_spectral(1.0, 500.0, [1], 'wavelength')", "convert_spectral(source=[1]): expected one of"),
     ("gn.Lambertian(np.random.default_rng(1))", "a Generator; expected a number or an array"),
@@ -125,12 +134,12 @@ TABLE = [
     ("gn.Gridded('angles', 3, [])", "Gridded(axes=3): expected a dictionary"),
     ("gn.Scattered(angles, 0.0, [0.1, 0.2], 0.0, [1.0, 1.0, 1.0])", "expected 3 finite numbers"),
     ("gn.Scattered(0.1, 0.0, 0.1, 0.0, [1.0], channels=len)", "Scattered(channels=<built-in function len>): expected"),
-    ("gn.from_dataset(3)", "expected an xarray.Dataset, such as gn.to_dataset(m) makes"),
-    ("gn.from_dataset(ds)", "has no attribute gonio_schema"),
-    ("gn.Image(3)", "pixels are"),
-    ("gn.Image(None)", "pixels"),
-    ("gn.Image(np.ones((2, 2, 3)), channels=3)", "expected 3 different short names"),
-    ("gn.read_image(None)", "read_image(path=None): expected a word or a path"),
+    ("gn.tables.from_dataset(3)", "expected an xarray.Dataset, such as gn.tables.to_dataset(m) makes"),
+    ("gn.tables.from_dataset(ds)", "has no attribute gonio_schema"),
+    ("gn.scenes.Image(3)", "pixels are"),
+    ("gn.scenes.Image(None)", "pixels"),
+    ("gn.scenes.Image(np.ones((2, 2, 3)), channels=3)", "expected 3 different short names"),
+    ("gn.scenes.load_image(None)", "load_image(path=None): expected a word or a path"),
     ("gn.load(3)", "load(path=3): expected a word or a path"),
     ("gn.load('gold')", "gold: no such file; for a built-in material gn.material('gold')"),
     ("gn.load('https://rgl.epfl.ch/brdf/x.bsdf')", "urlretrieve('https://rgl.epfl.ch/brdf/x.bsdf', 'x.bsdf')"),
@@ -147,9 +156,12 @@ TABLE = [
     ("gn.reflected_radiance(dye, gn.DistantLight(up, [1, 2, 3]), up)", "3 channels and the material has 2"),
     ("gn.render(spectrum, gn.DistantLight(up, [1, 2, 3]), size=4)", "a light of one channel such as gn.ConstantLight"),
     ("gn.render(gn.Lambertian(np.full((4, 1), 0.5)), sun)", "rho is a map of shape (4,), with channels last"),
-    ("gn.from_half_difference(10.0, 0.0, 20.0, 0.0)", "in degrees? numpy.radians(10)"),
-    ("gn.select_model(matte, {'matt': matte, 'gray': 0.5 * matte}, theta_max=80.0)", "in degrees? numpy.radians(80)"),
-    ("gn.fit_many([matte], [matte], theta_max=80.0)", "theta_max=80.0"),
+    ("gn.directions.from_half_difference(10.0, 0.0, 20.0, 0.0)", "in degrees? numpy.radians(10)"),
+    (
+        "gn.fitting.select_model(matte, {'matt': matte, 'gray': 0.5 * matte}, theta_max=80.0)",
+        "in degrees? numpy.radians(80)",
+    ),
+    ("gn.fitting.fit_many([matte], [matte], theta_max=80.0)", "theta_max=80.0"),
     ("gn.DistantLight('up')", "expected three numbers (direction to the light)"),
     ("gn.DistantLight(up * 0)", "a vector of length 0 is no direction"),
     # found by calling everything with anything
@@ -162,7 +174,7 @@ TABLE = [
     ("gn.Lambertian(wavelengths=huge)", "no memory for a copy of 3000000000000 numbers"),
     ("gn.Spectrum([400, 500], huge)", "no memory for a copy of 3000000000000 numbers"),
     ("matte.sample(up, ds)", "got Dataset; take x.values"),
-    ("gn.Mesh('a' * 5000, matte)", "no such file"),
+    ("gn.scenes.Mesh('a' * 5000, matte)", "no such file"),
 ]
 
 
@@ -177,7 +189,7 @@ def test_misuse_gets_our_words(call, words, tmp_path, monkeypatch):
     ("name", "content", "words"),
     [
         ("empty.csv", b"", "the file is empty; copy or download it again; known formats"),
-        ("photo.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "this is a picture (PNG); gn.read_image reads it"),
+        ("photo.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "this is a picture (PNG); gn.scenes.load_image reads it"),
         ("page.bsdf", b"\n<!DOCTYPE HTML><title>404</title>", "this is a web page; the download of the file"),
         ("data.zip", b"PK\x03\x04" + bytes(40), "this is a zip file; unpack it first"),
         ("data.npy", b"\x93NUMPY\x01\0" + bytes(40), "this is an array of NumPy"),
@@ -227,7 +239,7 @@ class _Mirror(gn.Reflectance):
         return 0.0 * wi.z
 
 
-class _Sampled(gn.Light):
+class _Sampled(gn.authoring.Light):
     can_sample = True
 
     def seen(self, p: Any, w: Any) -> Any:

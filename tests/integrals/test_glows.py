@@ -84,9 +84,9 @@ def test_energy_that_leaves_again_is_not_absorbed():
 
 CALLS = {
     "albedo": lambda m: gn.albedo(m, UP),
-    "black_sky_albedo": lambda m: gn.black_sky_albedo(m, 0.3),
-    "white_sky_albedo": gn.white_sky_albedo,
-    "blue_sky_albedo": lambda m: gn.blue_sky_albedo(m, 0.3, 0.2),
+    "black_sky_albedo": lambda m: gn.remote_sensing.black_sky_albedo(m, 0.3),
+    "white_sky_albedo": gn.remote_sensing.white_sky_albedo,
+    "blue_sky_albedo": lambda m: gn.remote_sensing.blue_sky_albedo(m, 0.3, 0.2),
     "reflectance": gn.reflectance,
     "reflectance_factor": lambda m: gn.reflectance_factor(m, UP, UP),
 }

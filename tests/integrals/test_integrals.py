@@ -269,7 +269,7 @@ def test_channels_of_what_transmits_are_those_of_what_reflects():
     m = gn.Lambertian(0.1) + gn.DiffuseTransmission([0.2, 0.3, 0.4])
     for call in (gn.albedo, gn.reflectance, gn.reflectance_factor):
         np.testing.assert_allclose(call(m, [0.0, 0.0, 1.0]), [0.1] * 3, atol=1e-4)
-    for call in (gn.white_sky_albedo, gn.reflectance):
+    for call in (gn.remote_sensing.white_sky_albedo, gn.reflectance):
         np.testing.assert_allclose(call(m), [0.1] * 3, atol=1e-4)
     assert gn.reflectance(gn.DiffuseTransmission([[0.2], [0.3]]), error=True).error.shape == (2,)
 
@@ -524,7 +524,7 @@ def test_rings_of_a_cone(polar, half_angle):
 
 
 def test_an_isotropic_material_in_a_tilted_cone_is_integrated_by_polar_angle(monkeypatch):
-    rough = gn.tabulate(gn.Lambertian(0.3), "angles", (9, 9, 12))
+    rough = gn.tables.tabulate(gn.Lambertian(0.3), "angles", (9, 9, 12))
     rough = rough.with_brdf(rough.brdf() * (1.0 + 0.3 * np.random.default_rng(0).standard_normal(rough.stored.shape)))
     counts, single = [], factor_between.single_integral
 
@@ -603,33 +603,39 @@ def test_white_sky_albedo_in_closed_form(masking, average):
     m = gn.Microfacet(gn.GGX(1.0), masking=masking)
     found = gn.reflectance(m, SKY, SKY, error=True)
     assert abs(found.value - average) <= found.error <= 1e-4
-    assert gn.white_sky_albedo(m, tolerance=1e-6) == pytest.approx(average, abs=1e-6)
+    assert gn.remote_sensing.white_sky_albedo(m, tolerance=1e-6) == pytest.approx(average, abs=1e-6)
 
 
 def test_white_sky_albedo_of_a_mirror():
     """Schlick's average is F0 + (1 - F0)/21, a dielectric's of n = 1.5 is 0.09177795934."""
-    assert gn.white_sky_albedo(gn.IdealSpecular(gn.Schlick(0.04))) == pytest.approx(0.04 + 0.96 / 21.0, abs=1e-6)
-    assert gn.white_sky_albedo(gn.IdealSpecular(gn.Dielectric(1.5))) == pytest.approx(0.09177795934, abs=1e-6)
+    assert gn.remote_sensing.white_sky_albedo(gn.IdealSpecular(gn.Schlick(0.04))) == pytest.approx(
+        0.04 + 0.96 / 21.0, abs=1e-6
+    )
+    assert gn.remote_sensing.white_sky_albedo(gn.IdealSpecular(gn.Dielectric(1.5))) == pytest.approx(
+        0.09177795934, abs=1e-6
+    )
 
 
 def test_hemispheres_are_albedos():
     w = on_sphere([0.2, 1.0, 1.5], 0.4)
     np.testing.assert_allclose(gn.reflectance(PLASTIC, w, SKY), gn.albedo(PLASTIC, w), atol=1e-4)
     np.testing.assert_allclose(gn.reflectance_factor(PLASTIC, SKY, w), gn.albedo(PLASTIC, w), atol=1e-4)
-    np.testing.assert_allclose(gn.black_sky_albedo(PLASTIC, [0.2, 1.0, 1.5], 0.4), gn.albedo(PLASTIC, w), rtol=1e-12)
+    np.testing.assert_allclose(
+        gn.remote_sensing.black_sky_albedo(PLASTIC, [0.2, 1.0, 1.5], 0.4), gn.albedo(PLASTIC, w), rtol=1e-12
+    )
     np.testing.assert_allclose(gn.reflectance_factor(PLASTIC, A, w), PI * PLASTIC.f(A, w), rtol=1e-12)
 
 
 def test_black_white_and_blue_sky():
     m = gn.Lambertian([0.1, 0.5]) + gn.ModifiedPhong(0.3, 5.0)
     theta = np.array([0.1, 1.2])
-    black, white = gn.black_sky_albedo(m, theta), gn.white_sky_albedo(m)
-    blue = gn.blue_sky_albedo(m, theta, [0.25, 1.0])
+    black, white = gn.remote_sensing.black_sky_albedo(m, theta), gn.remote_sensing.white_sky_albedo(m)
+    blue = gn.remote_sensing.blue_sky_albedo(m, theta, [0.25, 1.0])
     np.testing.assert_allclose(blue[0], 0.75 * black[0] + 0.25 * white, rtol=1e-12)
     np.testing.assert_allclose(blue[1], white, rtol=1e-12)
     sun = gn.DistantLight(on_sphere(1.2, 0.0), 3.0 / math.cos(1.2))  # irradiance 3, and pi L = 1 from the sky
     lit = gn.reflectance(m, SKY, SKY, sky=[sun, gn.ConstantLight(1.0 / PI)])
-    np.testing.assert_allclose(lit, gn.blue_sky_albedo(m, 1.2, 0.25), atol=1e-4)
+    np.testing.assert_allclose(lit, gn.remote_sensing.blue_sky_albedo(m, 1.2, 0.25), atol=1e-4)
 
 
 def brute(m: gn.Reflectance, incident, collected, n: int = 16, radiance=None):
@@ -961,7 +967,7 @@ def test_holes_in_a_measurement_are_said():
         (lambda m: gn.Cone((0, 0, 0), 0.1), "not 0"),
         (lambda m: gn.Cone((0, 1), 0.1), "three"),
         (lambda m: gn.Cone(on_sphere(2.0, 0.0), 0.3), "below the horizon"),
-        (lambda m: gn.blue_sky_albedo(m, 0.3, 1.5), "diffuse_fraction"),
+        (lambda m: gn.remote_sensing.blue_sky_albedo(m, 0.3, 1.5), "diffuse_fraction"),
     ],
 )
 def test_bad_input(call, says):
@@ -980,10 +986,12 @@ def test_values():
 def test_blue_sky_albedo_takes_angles_and_shares_of_pytorch():
     torch = pytest.importorskip("torch")
     field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
-    black, white = gn.black_sky_albedo(field, 0.5), gn.white_sky_albedo(field)
+    black, white = gn.remote_sensing.black_sky_albedo(field, 0.5), gn.remote_sensing.white_sky_albedo(field)
     theta, share = torch.tensor(0.5), torch.tensor(0.3, dtype=torch.float64, requires_grad=True)
-    assert float(gn.blue_sky_albedo(field, theta, 0.3)) == pytest.approx(0.7 * black + 0.3 * white, rel=2e-3)
-    mixed = gn.blue_sky_albedo(field, 0.5, share)
+    assert float(gn.remote_sensing.blue_sky_albedo(field, theta, 0.3)) == pytest.approx(
+        0.7 * black + 0.3 * white, rel=2e-3
+    )
+    mixed = gn.remote_sensing.blue_sky_albedo(field, 0.5, share)
     (slope,) = torch.autograd.grad(mixed, share)
     assert mixed.item() == pytest.approx(0.7 * black + 0.3 * white, rel=1e-9)
     assert slope.item() == pytest.approx(white - black, rel=1e-6)

@@ -60,12 +60,12 @@ def test_a_map_is_its_places(name: str) -> None:
 def test_blue_sky_and_several_suns() -> None:
     m = ross_li(5, 1, 1)
     theta = np.array([0.2, 0.9, 1.2])
-    found = gn.blue_sky_albedo(m, theta, 0.3)
+    found = gn.remote_sensing.blue_sky_albedo(m, theta, 0.3)
     assert found.shape == (5, 3, 1)
-    assert found[3, 1] == pytest.approx(gn.blue_sky_albedo(at(m, 3, 0), 0.9, 0.3), abs=2e-5)
-    own = gn.black_sky_albedo(m, np.linspace(0.1, 1.0, 5)[:, None])  # a sun for each place
+    assert found[3, 1] == pytest.approx(gn.remote_sensing.blue_sky_albedo(at(m, 3, 0), 0.9, 0.3), abs=2e-5)
+    own = gn.remote_sensing.black_sky_albedo(m, np.linspace(0.1, 1.0, 5)[:, None])  # a sun for each place
     assert own.shape == (5, 1, 1)
-    assert own[2, 0] == pytest.approx(gn.black_sky_albedo(at(m, 2, 0), 0.55), abs=2e-5)
+    assert own[2, 0] == pytest.approx(gn.remote_sensing.black_sky_albedo(at(m, 2, 0), 0.55), abs=2e-5)
 
 
 def test_few_places_are_integrated(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,7 +106,9 @@ def test_missing_places_stay_missing(count: int) -> None:
     w[3, 0] = w[5] = math.nan
     w = np.ma.masked_invalid(w)
     for m in (gn.Lambertian(w), gn.Minnaert(w, random(count, 1, low=0.8, high=1.2)), gn.RossLi(w, 0.1, 0.02)):
-        for integral in (gn.albedo(m, SUN), gn.white_sky_albedo(m)) if count < 100 else (gn.albedo(m, SUN),):
+        for integral in (
+            (gn.albedo(m, SUN), gn.remote_sensing.white_sky_albedo(m)) if count < 100 else (gn.albedo(m, SUN),)
+        ):
             assert (np.isnan(integral) == np.ma.getmaskarray(w)).all()
         error = gn.albedo(m, SUN, error=True).error
         assert np.isfinite(error).all()

@@ -29,7 +29,7 @@ from gonio.integrals.efficiency import sampling_efficiency
 from gonio.laws import FOLLOWS, LAWS, MODULES, _overview, cavity, check_all, derivatives, furnace, limit, table
 from gonio.laws._verdict import Law, Report
 from gonio.models.phong import ModifiedPhong
-from gonio.pictures.image import read_image
+from gonio.pictures.image import load_image
 from gonio.testing import assert_lawful, each_law
 
 PI = math.pi
@@ -600,7 +600,7 @@ def test_plot_of_the_command(tmp_path, monkeypatch, whole):
         monkeypatch.setattr(laws_figure, "_draw", lambda figure, m, report: figure.add_subplot())
     result = CliRunner().invoke(cli, ["check", "Phong()", "--plot", str(tmp_path / "a.png")])
     assert result.exit_code == 1, result.output
-    assert min(read_image(tmp_path / "a.png").pixels.shape[:2]) > 500
+    assert min(load_image(tmp_path / "a.png").pixels.shape[:2]) > 500
 
 
 @pytest.mark.parametrize("words", [[], ["gold", "--all"], ["--all", "--sampling"], ["--all", "-p", "rho=1"]], ids=str)
@@ -615,7 +615,7 @@ def test_figures_of_odd_materials(tmp_path, m, laid, request):
     if not laid:
         request.getfixturevalue("unlaid")
     gn.figures.laws(m, Report("odd", gn.check(m, laws=["positivity"]).laws), tmp_path / "a.png")
-    assert min(read_image(tmp_path / "a.png").pixels.shape[:2]) > 500
+    assert min(load_image(tmp_path / "a.png").pixels.shape[:2]) > 500
     with pytest.raises(ParameterError, match="ends in"):
         gn.figures.laws(m, Report("odd", ()), tmp_path / "a.gif")
 

@@ -50,11 +50,11 @@ def test_more_albedos_take_no_more_integrals(counted):
     gn.albedo(m, steep(2000))
     gn.absorptance(m, steep(30))
     assert counted == first
-    gn.white_sky_albedo(m)
+    gn.remote_sensing.white_sky_albedo(m)
     sky = dict(counted)
     assert sky["integrals"] <= 3 * first["integrals"]
     assert sky["responses"] == 2
-    gn.white_sky_albedo(m)
+    gn.remote_sensing.white_sky_albedo(m)
     gn.reflectance_factor(m, gn.Hemisphere(), steep(30))
     assert counted["responses"] == 2
 
@@ -146,7 +146,7 @@ def test_kinks_elsewhere_are_left_to_others():
 def test_kernels_look_for_panels_only_where_light_is_totally_reflected():
     dense = gn.Stack([gn.Interface(1.5), gn.Medium(0.5, 0.9)], gn.Lambertian(0.5), tolerance=0.1)
     thin = dense.replace({"0.eta": 1.0 / 1.5})
-    lines = [len(gn.kernel(m).rewritten.splitlines()) for m in (dense, thin, thin.replace({"0.eta": 1.5}))]
+    lines = [len(gn.engine.kernel(m).rewritten.splitlines()) for m in (dense, thin, thin.replace({"0.eta": 1.5}))]
     assert lines[0] == lines[2] < lines[1]
     wi, wo = gn.direction([0.2, 0.9], 0.0), gn.direction([1.2, 0.4], 2.0)
     fresh = gn.Stack([gn.Interface(1.0 / 1.5), *dense.layers[1:]], gn.Lambertian(0.5), tolerance=0.1)

@@ -454,7 +454,7 @@ def test_it_is_a_value(tmp_path):
         light.scale = 1.0
     assert repr(light) == "EnvironmentLight(image=<8 x 4, 3 channels>, scale=2.0, invalid='error')"
     path = tmp_path / "sky.exr"
-    gn.Image(noise(4, 8, dtype=np.float32)).save(path)
+    gn.scenes.Image(noise(4, 8, dtype=np.float32)).save(path)
     read = gn.EnvironmentLight(path, 2.0)
     assert read == light
     assert "8 x 4, 3 channels" in repr(read)

@@ -201,7 +201,7 @@ def test_closed_forms_are_the_integrals(name):
     """... at places and for normals such that the horizon cuts the light, or hides it."""
     light, random = EXAMPLES[name], np.random.default_rng(7)
     for _ in range(6):
-        place, normal = 0.3 * random.normal(size=3), gn.normalize(random.normal(size=3))
+        place, normal = 0.3 * random.normal(size=3), gn.directions.normalize(random.normal(size=3))
         E = light.irradiance_at(place, normal)
         if light.is_delta:
             w, irradiance, _ = light.arrival(place)

@@ -40,7 +40,10 @@ def by_samples(light: gn.MeshLight, place: np.ndarray, normal: np.ndarray, count
 def test_a_cube_is_the_rectangles_that_are_seen(seed):
     """... at any place and for any normal, cut by the horizon or not; and samples say the same."""
     random = np.random.default_rng(seed)
-    place, normal = random.normal(size=3) * [1.5, 1.5, 1.0] + [0.0, 0.0, -1.0], gn.normalize(random.normal(size=3))
+    place, normal = (
+        random.normal(size=3) * [1.5, 1.5, 1.0] + [0.0, 0.0, -1.0],
+        gn.directions.normalize(random.normal(size=3)),
+    )
     lamp = gn.MeshLight((CUBE, SIDES), 3.0)
     assert lamp.has_closed_form and len(lamp.shape.faces) == 12
     expected = sum(gn.irradiance(gn.PolygonLight(CUBE[side], 3.0), place, normal) for side in SIDES)
@@ -87,7 +90,7 @@ def test_the_density_is_one_in_all_and_counts_what_is_hidden():
 def test_fronts_alone_shine_and_what_is_before_hides():
     lamp = gn.MeshLight((CUBE, SIDES), 3.0)
     inside = np.array([0.0, 0.0, 1.5])
-    w = gn.normalize(np.random.default_rng(1).normal(size=(100, 3)))
+    w = gn.directions.normalize(np.random.default_rng(1).normal(size=(100, 3)))
     assert not lamp.incident(w, inside).any() and gn.irradiance(lamp, inside) == 0.0
     dent = [[-0.5, -0.5, 1.0], [0.5, -0.5, 1.0], [0.5, 0.5, 1.0], [-0.5, 0.5, 1.0], [0.0, 0.0, 2.0]]
     tent = gn.MeshLight((dent, [[0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]]), 2.0)  # open below, seen from inside
@@ -102,7 +105,7 @@ def test_loops_and_lines_say_the_same(monkeypatch):
     from gonio.lights import mesh
 
     place = np.array([0.1, 0.2, 0.3])
-    w = gn.normalize(np.random.default_rng(2).normal(size=(500, 3)) + np.array([0.0, 0.0, 2.0]))
+    w = gn.directions.normalize(np.random.default_rng(2).normal(size=(500, 3)) + np.array([0.0, 0.0, 2.0]))
 
     def numbers() -> list[np.ndarray]:
         lamp = gn.MeshLight((CUBE, SIDES), 3.0)
@@ -130,13 +133,13 @@ def test_a_picture_is_that_of_the_rectangle_that_it_is():
     m = gn.Lambertian(0.5) + gn.Microfacet(gn.GGX(0.3), 0.5)
     lamps = gn.MeshLight((corners, [[0, 3, 2, 1]]), 5.0), gn.PolygonLight(corners[::-1], 5.0)
     one, other = (gn.render(m, lamp, size=32, samples=256) for lamp in lamps)
-    found = gn.difference(other, one)
+    found = gn.scenes.picture_difference(other, one)
     assert found.rms < 0.02 and abs(found.bias[0]) < 0.002
 
 
 def test_lamps_are_values(tmp_path):
     lamp = gn.MeshLight((CUBE, SIDES), [3.0, 2.0])
-    assert lamp == gn.MeshLight(gn.Mesh((CUBE, SIDES), gn.Lambertian(0.0)), [3.0, 2.0])
+    assert lamp == gn.MeshLight(gn.scenes.Mesh((CUBE, SIDES), gn.Lambertian(0.0)), [3.0, 2.0])
     assert lamp != gn.MeshLight((CUBE + 1.0, SIDES), [3.0, 2.0])
     assert pickle.loads(pickle.dumps(lamp)) == lamp and "8 vertices, 12 triangles" in repr(lamp)
     data = lamp.to_json()

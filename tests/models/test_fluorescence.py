@@ -243,7 +243,7 @@ def test_radiance_factor_under_two_illuminants_is_that_of_the_matrix():
 @pytest.mark.parametrize("name", ["D65", "A", "LED-B1"])
 def test_radiance_factor_under_standard_illuminants(name):
     colour_science()
-    lamp = gn.illuminant(name)
+    lamp = gn.spectra.illuminant(name)
     E = lamp.bands(NM)
     found = gn.albedo(DYE.under(lamp), gn.direction(0.3, 0.0))
     np.testing.assert_allclose(found, PI * DYE.reradiation(UP, UP) @ E / E, rtol=1e-5)

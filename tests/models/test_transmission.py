@@ -207,7 +207,9 @@ def test_transmittances_agree_both_ways():
 @pytest.mark.parametrize(("polar", "azimuths"), thinned([(16, 13), (24, 19)], [(16, 13)]))
 def test_across_measurements(polar, azimuths):
     """Tables in both ways of a sheet: f, transmittance and samples are those of the tables."""
-    table = gn.tabulate(gn.Microfacet(gn.GGX(0.4), [0.5, 0.3, 0.2]), "angles", resolution=(polar, polar, azimuths))
+    table = gn.tables.tabulate(
+        gn.Microfacet(gn.GGX(0.4), [0.5, 0.3, 0.2]), "angles", resolution=(polar, polar, azimuths)
+    )
     sheet = gn.Sheet(gn.Lambertian(0.2), gn.Lambertian(0.1), table, table)
     wi, wo = gn.direction(PI - 0.5, PI), gn.direction(0.4, 0.0)
     np.testing.assert_allclose(sheet.f(wi, wo), table.f(gn.direction(0.5, PI), wo))
@@ -263,7 +265,7 @@ def test_files_of_reflection_refuse_transmission(tmp_path):
 def test_reflectances_of_cones_are_those_of_reflection():
     m = gn.Lambertian(0.3) + gn.DiffuseTransmission(0.4)
     assert gn.reflectance(m) == pytest.approx(0.3, abs=1e-4)
-    assert gn.white_sky_albedo(m) == pytest.approx(0.3, abs=1e-4)
+    assert gn.remote_sensing.white_sky_albedo(m) == pytest.approx(0.3, abs=1e-4)
 
 
 def test_light_from_behind():
@@ -349,4 +351,4 @@ def test_micrometres_of_a_film_and_numbers_of_a_spectrum():
     with pytest.raises(ParameterError, match="in micrometres"):
         gn.Dispersion(1, [0.0, 0.69, 0.068], [0.21, 6.7])
     with pytest.raises(ParameterError, match=r"write spectrum\.at"):
-        gn.Conductor(*gn.refractive_index("gold")).F(1.0)
+        gn.Conductor(*gn.spectra.refractive_index("gold")).F(1.0)

@@ -423,7 +423,7 @@ SMALL = {
 def test_tables(parameterization, four):
     m = BRUSHED if four else PAINT
     size = SMALL[parameterization, four]
-    small, large = (gn.tabulate(m, parameterization, tuple(k * n for n in size)) for k in (1, 2))
+    small, large = (gn.tables.tabulate(m, parameterization, tuple(k * n for n in size)) for k in (1, 2))
     assert large.error.mean < 0.5 * small.error.mean < 0.15
     assert large.error.albedo < 0.05
     f, true = large.f(WI, WO), m.f(WI, WO)
@@ -440,36 +440,36 @@ def test_tables(parameterization, four):
 
 @pytest.mark.parametrize("parameterization", ["angles", pytest.param("half_difference", marks=pytest.mark.full)])
 def test_tables_keep_the_laws(parameterization):
-    report = gn.check(gn.tabulate(PAINT, parameterization, SMALL[parameterization, False]))
+    report = gn.check(gn.tables.tabulate(PAINT, parameterization, SMALL[parameterization, False]))
     assert {law.name for law in report.laws if not law.passed} <= {"energy", "furnace"}, report
 
 
 def test_a_table_at_its_nodes():
     """Exact at nodes, and for whatever is linear between them."""
-    m = gn.tabulate(PAINT, "angles", (10, 10, 12))
+    m = gn.tables.tabulate(PAINT, "angles", (10, 10, 12))
     theta, phi = np.radians([[0.0], [20.0], [70.0]]), np.radians([[0.0, 30.0, 90.0, 330.0, 180.0]])
     np.testing.assert_allclose(
         m.f_angles(theta, 0.4, 0.9 * 0.0 + np.radians(40.0), phi + 0.4),
         PAINT.f_angles(theta, 0.4, np.radians(40.0), phi + 0.4),
         rtol=1e-9,
     )
-    flat = gn.tabulate(gn.Lambertian([0.1, 0.9]), resolution=(4, 3, 2), channels=[1])
+    flat = gn.tables.tabulate(gn.Lambertian([0.1, 0.9]), resolution=(4, 3, 2), channels=[1])
     np.testing.assert_allclose(flat.f(WI, WO), 0.9 / PI, rtol=1e-12)
     assert flat.error.largest < 1e-12
     assert flat.channel_names == ("1",)
-    assert gn.tabulate(gn.Lambertian(0.5), resolution=(4, 3, 2)).f(WI, WO).shape == (200,)
+    assert gn.tables.tabulate(gn.Lambertian(0.5), resolution=(4, 3, 2)).f(WI, WO).shape == (200,)
 
 
 def test_a_table_of_channels_without_names_is_a_measurement_like_any_other():
-    m = gn.tabulate(gn.Lambertian([0.5, 0.3, 0.1]), resolution=(4, 3, 2))
+    m = gn.tables.tabulate(gn.Lambertian([0.5, 0.3, 0.1]), resolution=(4, 3, 2))
     assert m.channel_names == ("R", "G", "B")
-    np.testing.assert_array_equal(gn.from_dataset(gn.to_dataset(m)).stored, m.stored)
+    np.testing.assert_array_equal(gn.tables.from_dataset(gn.tables.to_dataset(m)).stored, m.stored)
     np.testing.assert_array_equal(gn.repair.remove_negatives(m).stored, m.stored)
 
 
 def test_tables_without_reciprocity():
     m = gn.ShadingNormal(gn.Lambertian(0.5), 0.2)
-    k = gn.tabulate(m, resolution=(16, 12, 12, 16))
+    k = gn.tables.tabulate(m, resolution=(16, 12, 12, 16))
     assert k.periods["phi_d"] == pytest.approx(2.0 * PI)
     assert "reciprocity" in k.breaches()
     up = (WI[:, 2] > 0.5) & (WO[:, 2] > 0.5)
@@ -479,12 +479,12 @@ def test_tables_without_reciprocity():
 def test_tables_of_measurements_have_no_holes():
     raw = np.full((3, 90, 90, 180), 20.0)
     raw[:, 30:40, 30:40] = -1.0
-    k = gn.tabulate(merl.MERL(raw), resolution=(20, 12, 12))
+    k = gn.tables.tabulate(merl.MERL(raw), resolution=(20, 12, 12))
     np.testing.assert_allclose(k.f(WI, WO), 20.0 * np.array(merl.SCALE) * np.ones((200, 1)), rtol=1e-9)
 
 
 def test_tables_on_every_library(library):
-    m = gn.tabulate(PAINT, resolution=(10, 6, 6))
+    m = gn.tables.tabulate(PAINT, resolution=(10, 6, 6))
     found = library.numpy(m.f(library.array(WI), library.array(WO)))
     np.testing.assert_allclose(found, m.f(WI, WO), rtol=1e-9)
     np.testing.assert_allclose(library.numpy(m.pdf(library.array(WI), library.array(WO))), m.pdf(WI, WO), rtol=1e-6)
@@ -493,12 +493,12 @@ def test_tables_on_every_library(library):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: gn.tabulate(gn.IdealSpecular()), "perfect mirror"),
-        (lambda: gn.tabulate(gn.Lambertian(np.full((2, 2, 1), 0.5))), "maps"),
-        (lambda: gn.tabulate(PAINT, "spherical"), "half_difference"),
-        (lambda: gn.tabulate(PAINT, resolution=(3, 4)), "3 whole numbers"),
-        (lambda: gn.tabulate(PAINT, "angles", (3, 4, 5)), "reciprocity"),
-        (lambda: gn.tabulate(PAINT, channels=[3]), "from 0 to 2"),
+        (lambda: gn.tables.tabulate(gn.IdealSpecular()), "perfect mirror"),
+        (lambda: gn.tables.tabulate(gn.Lambertian(np.full((2, 2, 1), 0.5))), "maps"),
+        (lambda: gn.tables.tabulate(PAINT, "spherical"), "half_difference"),
+        (lambda: gn.tables.tabulate(PAINT, resolution=(3, 4)), "3 whole numbers"),
+        (lambda: gn.tables.tabulate(PAINT, "angles", (3, 4, 5)), "reciprocity"),
+        (lambda: gn.tables.tabulate(PAINT, channels=[3]), "from 0 to 2"),
         (lambda: gn.Coated(0.5), "expected a Reflectance"),
         (lambda: gn.Rotated(WHITE, 7.0), "out of bounds"),
     ],

@@ -15,7 +15,7 @@ from places import real
 from gonio import errors
 from gonio.pictures import image as image_module
 from gonio.pictures.colour import srgb_decode, srgb_encode
-from gonio.pictures.image import Image, read_image
+from gonio.pictures.image import Image, load_image
 
 HDR = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"
 
@@ -144,7 +144,7 @@ def test_png_round_trip_keeps_codes_and_alpha(tmp_path, channels, covered):
     alpha = (np.arange(256).reshape(16, 16) / 255.0).astype(np.float32) if covered else None
     image = Image(srgb_decode(codes / 255.0), alpha)
     image.save(tmp_path / "a.png")
-    back = read_image(tmp_path / "a.png")
+    back = load_image(tmp_path / "a.png")
     np.testing.assert_array_equal(back.pixels, image.pixels)
     assert back.channels == (("Y",) if channels == 1 else ("R", "G", "B"))
     assert (back.alpha is None) is not covered
@@ -159,7 +159,7 @@ def test_png_counts_nan_and_clamps_infinity(tmp_path):
     with pytest.warns(errors.MissingDataWarning, match="2 of 153 pixels are NaN") as caught:
         Image(pixels).save(tmp_path / "a.png")
     assert caught[0].filename == __file__
-    back = read_image(tmp_path / "a.png").pixels
+    back = load_image(tmp_path / "a.png").pixels
     assert back[1, 2, 0] == back[3, 3, 2] == 0.0
     np.testing.assert_array_equal(back[0, 0], [1.0, 0.0, 0.0])
 
@@ -168,7 +168,7 @@ def test_other_png_and_jpeg_modes(tmp_path):
     pillow = pytest.importorskip("PIL.Image")
     ramp = (np.arange(64).reshape(8, 8) * 1024).astype(np.uint16)
     pillow.fromarray(ramp).save(tmp_path / "deep.png")
-    np.testing.assert_allclose(read_image(tmp_path / "deep.png").pixels[..., 0], srgb_decode(ramp / 65535.0), rtol=1e-6)
+    np.testing.assert_allclose(load_image(tmp_path / "deep.png").pixels[..., 0], srgb_decode(ramp / 65535.0), rtol=1e-6)
     flat = pillow.new("RGB", (8, 8), (200, 100, 50))
     flat.convert("P", palette=pillow.Palette.ADAPTIVE).save(tmp_path / "palette.png")
     flat.save(tmp_path / "a.jpg", quality=100)
@@ -176,7 +176,7 @@ def test_other_png_and_jpeg_modes(tmp_path):
     expected = srgb_decode(np.array([200, 100, 50]) / 255.0)
     for name in ("palette.png", "a.jpg", "cmyk.jpg"):
         with pytest.warns(errors.MeaningWarning, match="CMYK") if name == "cmyk.jpg" else nullcontext():
-            image = read_image(tmp_path / name)
+            image = load_image(tmp_path / name)
         assert image.channels == ("R", "G", "B")
         np.testing.assert_allclose(image.pixels[4, 4], expected, atol=0.02)
 
@@ -206,7 +206,7 @@ def test_exr_round_trip_is_exact(openexr, tmp_path, channels, names, found, cove
     pixels[0, :4, 0] = (np.nan, np.inf, -np.inf, 1e-42)
     alpha = (2.0 ** np.linspace(-9, 0, 9 * 17).round()).astype(np.float32).reshape(9, 17) if covered else None
     Image(pixels, alpha, names).save(tmp_path / "a.exr")
-    back = read_image(tmp_path / "a.exr")
+    back = load_image(tmp_path / "a.exr")
     assert back.channels == found and back.pixels.dtype == np.float32 and back.pixels.flags.c_contiguous
     order = [(names or found).index(n) for n in found]
     # Files hold pixels times alpha; with powers of two only the smallest number loses digits by that.
@@ -228,7 +228,7 @@ def test_exr_of_other_writers(openexr, tmp_path):
     tiles.xSize = tiles.ySize = 8
     header = {"compression": openexr.PIZ_COMPRESSION, "type": openexr.tiledimage, "tiles": tiles}
     openexr.File(header, dict(planes)).write(path)  # it puts its own objects into the dict
-    image = read_image(path, layer="*")
+    image = load_image(path, layer="*")
     assert image.channels == ("R", "G", "B", "Z")
     np.testing.assert_array_equal(image.pixels[..., 1], planes["G"])
     np.testing.assert_array_equal(image.pixels[..., 2], np.floor(gray))
@@ -236,9 +236,9 @@ def test_exr_of_other_writers(openexr, tmp_path):
     aces = (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767)
     openexr.File({**scan, "chromaticities": aces}, {"Y": gray}).write(path)
     with pytest.warns(UserWarning, match=r"primaries are \(0\.7347"):
-        read_image(path)
+        load_image(path)
     openexr.File(scan, {"A": gray}).write(path)
-    assert read_image(path).alpha is None and read_image(path).pixels.shape == (9, 17, 1)
+    assert load_image(path).alpha is None and load_image(path).pixels.shape == (9, 17, 1)
 
 
 def test_exr_whose_first_part_is_damaged_is_not_the_second(openexr, tmp_path, capfd):
@@ -253,7 +253,7 @@ def test_exr_whose_first_part_is_damaged_is_not_the_second(openexr, tmp_path, ca
     path.write_bytes(data)
     for part in ("one", "two"):
         with pytest.raises(errors.FormatError, match="damaged or unsupported OpenEXR"):
-            read_image(path, layer=part)
+            load_image(path, layer=part)
     assert capfd.readouterr().out == ""  # what the library prints goes into the message
 
 
@@ -261,7 +261,7 @@ def test_exr_reading_in_threads_gives_standard_output_back(openexr, tmp_path):
     Image(smooth()).save(tmp_path / "a.exr")
     before = sys.stdout
     with ThreadPoolExecutor(8) as pool:
-        images = list(pool.map(read_image, [tmp_path / "a.exr"] * 200))
+        images = list(pool.map(load_image, [tmp_path / "a.exr"] * 200))
     assert sys.stdout is before
     assert all(np.array_equal(image.pixels, smooth()) for image in images)
 
@@ -273,20 +273,20 @@ def test_exr_that_cannot_be_a_picture(openexr, tmp_path):
     for right, bottom in ((10**6, 10**6), (2**31 - 1, 2**31 - 1), (-5, 3), (3735618, 69)):
         window = data[:at] + struct.pack("<4i", 0, 0, right, bottom) + data[at + 16 :]
         with pytest.raises(errors.FormatError, match="the header says"):
-            read_image(write(tmp_path, window, "b.exr"))
+            load_image(write(tmp_path, window, "b.exr"))
     tiled = {"type": openexr.tiledimage, "tiles": openexr.TileDescription()}
     openexr.File(tiled, {"Y": smooth(channels=1)[..., 0]}).write(str(tmp_path / "t.exr"))
     data = (tmp_path / "t.exr").read_bytes()
     at = data.index(b"tiles\0tiledesc\0") + 19
     with pytest.raises(errors.FormatError, match=r"tiles of \(16777248, 32\)"):
-        read_image(write(tmp_path, data[:at] + struct.pack("<2I", 16777248, 32) + data[at + 8 :], "t.exr"))
+        load_image(write(tmp_path, data[:at] + struct.pack("<2I", 16777248, 32) + data[at + 8 :], "t.exr"))
     deep = np.empty((2, 2), object)
     for index in np.ndindex(2, 2):
         deep[index] = np.ones(2, np.float32)
     header = {"type": openexr.deepscanline, "compression": openexr.ZIPS_COMPRESSION}
     openexr.File(header, {"Z": deep}).write(str(tmp_path / "d.exr"))
     with pytest.raises(errors.FormatError, match="deep"):
-        read_image(tmp_path / "d.exr")
+        load_image(tmp_path / "d.exr")
 
 
 def test_exr_agrees_with_mitsuba(openexr, mitsuba, tmp_path):
@@ -294,12 +294,12 @@ def test_exr_agrees_with_mitsuba(openexr, mitsuba, tmp_path):
     Image(pixels).save(tmp_path / "a.exr")
     np.testing.assert_array_equal(np.array(mitsuba.Bitmap(str(tmp_path / "a.exr"))), pixels)
     mitsuba.Bitmap(pixels).write(str(tmp_path / "m.exr"))
-    np.testing.assert_array_equal(read_image(tmp_path / "m.exr").pixels, pixels)
+    np.testing.assert_array_equal(load_image(tmp_path / "m.exr").pixels, pixels)
 
 
 def test_a_real_environment_map(openexr, mitsuba):
     studio = real("env/studio.exr")
-    image = read_image(studio)
+    image = load_image(studio)
     assert image.pixels.shape == (512, 1024, 3) and image.channels == ("R", "G", "B") and image.alpha is None
     # Its coding (DWAB) is lossy, and builds of the library round its cosine transform differently.
     np.testing.assert_allclose(image.pixels, np.array(mitsuba.Bitmap(str(studio)))[..., :3], rtol=0.01, atol=1e-5)
@@ -314,7 +314,7 @@ def test_hdr_round_trip_is_within_a_mantissa_step(tmp_path, channels):
     pixels = (10.0 ** rng.uniform(-30, 35, (40, 50, 1)) * rng.random((40, 50, channels))).astype(np.float32)
     pixels[0, :4] = np.array([0.0, 1.0, 255.6 / 256.0, 1.69e38])[:, None]
     Image(pixels).save(tmp_path / "a.hdr")
-    back = read_image(tmp_path / "a.hdr")
+    back = load_image(tmp_path / "a.hdr")
     assert back.channels == ("R", "G", "B") and back.pixels.shape == (40, 50, 3)
     assert np.all(np.abs(back.pixels - pixels) <= pixels.max(axis=-1, keepdims=True) / 256.0)
     np.testing.assert_array_equal(back.pixels[0, 1], [1.0, 1.0, 1.0])
@@ -327,7 +327,7 @@ def test_hdr_says_what_it_cannot_hold(tmp_path):
     pixels[0, 0, 0], pixels[1, 1, 1], pixels[2, 2, 2], pixels[3, 3] = np.nan, -1.0, np.inf, 1e-44
     with pytest.warns(errors.MissingDataWarning, match="3 of 153 pixels"):
         Image(pixels).save(tmp_path / "a.hdr")
-    back = read_image(tmp_path / "a.hdr").pixels
+    back = load_image(tmp_path / "a.hdr").pixels
     assert back[0, 0, 0] == back[1, 1, 1] == 0.0 and back[2, 2, 2] > 1.6e38
     np.testing.assert_array_equal(back[3, 3], 0.0)
     Image(smooth(), np.full((9, 17), 0.5)).save(tmp_path / "b.hdr")
@@ -343,7 +343,7 @@ def test_hdr_flat_new_and_mixed_scanlines_agree(tmp_path):
     half = run_length(codes[:3]) + codes[3:].tobytes()
     for body in (flat, new, half, new + b"trailing bytes"):
         path = write(tmp_path, hdr(codes, body))
-        np.testing.assert_array_equal(read_image(path).pixels, decode(codes))
+        np.testing.assert_array_equal(load_image(path).pixels, decode(codes))
 
 
 def test_hdr_old_run_lengths(tmp_path):
@@ -352,14 +352,14 @@ def test_hdr_old_run_lengths(tmp_path):
     body = bytes([*a, 1, 1, 1, 2, *b, *zero, 1, 1, 1, 43, 1, 1, 1, 1]) + bytes([*b, 1, 1, 1, 255, 1, 1, 1, 255])
     codes = np.array([[a] * 3 + [b] + [zero] * 300, [b] * 304])
     np.testing.assert_array_equal(
-        read_image(write(tmp_path, hdr(codes, body))).pixels, np.where(codes[..., 3:] == 0, 0, decode(codes))
+        load_image(write(tmp_path, hdr(codes, body))).pixels, np.where(codes[..., 3:] == 0, 0, decode(codes))
     )
     for wrong, reason in (
         (body[:-4], "scanline 1 of 2: the file ends in it"),
         (body[4:], "starts with a repeat"),
     ):
         with pytest.raises(errors.FormatError, match=reason):
-            read_image(write(tmp_path, hdr(codes, wrong)))
+            load_image(write(tmp_path, hdr(codes, wrong)))
 
 
 @pytest.mark.parametrize("width", [1, 7, 8, 32767, 32768])
@@ -367,7 +367,7 @@ def test_hdr_at_the_widths_where_the_coding_changes(tmp_path, width):
     codes = rgbe(2, width) if width > 5 else np.full((2, width, 4), 130, np.uint8)
     bodies = [codes.tobytes(), run_length(codes)] if 8 <= width < 32768 else [codes.tobytes()]
     for body in bodies:
-        np.testing.assert_array_equal(read_image(write(tmp_path, hdr(codes, body))).pixels, decode(codes))
+        np.testing.assert_array_equal(load_image(write(tmp_path, hdr(codes, body))).pixels, decode(codes))
 
 
 @pytest.mark.parametrize(
@@ -385,61 +385,61 @@ def test_hdr_at_the_widths_where_the_coding_changes(tmp_path, width):
 )
 def test_hdr_orientations(tmp_path, size, there):
     codes = rgbe(3, 5)
-    image = read_image(write(tmp_path, hdr(codes, size=size)))
+    image = load_image(write(tmp_path, hdr(codes, size=size)))
     np.testing.assert_array_equal(image.pixels, there(decode(codes)))
 
 
 def test_hdr_header_lines(tmp_path):
     codes = rgbe()
     lines = b"rpict -vf x\nEXPOSURE=2.0\n\tEXPOSURE=7\nCOLORCORR= 1 2 4\nEXPOSURE=0.25\nSOFTWARE=x\n"
-    image = read_image(write(tmp_path, hdr(codes, header=lines)))
+    image = load_image(write(tmp_path, hdr(codes, header=lines)))
     np.testing.assert_allclose(image.pixels, decode(codes) / 0.5 / np.array([1, 2, 4]), rtol=1e-6)
     windows = HDR.replace(b"#?RADIANCE", b"#?RGBE").replace(b"\n", b"\r\n") + b"\r\n-Y 9 +X 17\n" + codes.tobytes()
-    np.testing.assert_array_equal(read_image(write(tmp_path, windows)).pixels, decode(codes))
+    np.testing.assert_array_equal(load_image(write(tmp_path, windows)).pixels, decode(codes))
     srgb = b"PRIMARIES= 0.64 0.33 0.30 0.60 0.15 0.06 0.3127 0.329\n"
-    read_image(write(tmp_path, hdr(codes, header=srgb)))
+    load_image(write(tmp_path, hdr(codes, header=srgb)))
     with pytest.warns(UserWarning, match="nothing is converted"):
-        read_image(write(tmp_path, hdr(codes, header=srgb.replace(b"0.30", b"0.20"))))
+        load_image(write(tmp_path, hdr(codes, header=srgb.replace(b"0.30", b"0.20"))))
     for line in (b"EXPOSURE=\n", b"EXPOSURE=0\n", b"EXPOSURE=nan\n", b"COLORCORR=1 2\n", b"PRIMARIES=1\n"):
         with pytest.raises(errors.FormatError, match="positive numbers"):
-            read_image(write(tmp_path, hdr(codes, header=line)))
+            load_image(write(tmp_path, hdr(codes, header=line)))
     with pytest.raises(errors.FormatError, match="ra_xyze -r"):
-        read_image(write(tmp_path, hdr(codes).replace(b"rgbe", b"xyze")))
+        load_image(write(tmp_path, hdr(codes).replace(b"rgbe", b"xyze")))
 
 
 def test_hdr_that_cannot_be_a_picture(tmp_path):
     codes = rgbe()
     for size in (b"-Y 1000000 +X 1000000", b"-Y 999999999 +X 999999999", b"-Y 0 +X 17", b"-Y 3000 +X 9000"):
         with pytest.raises(errors.FormatError, match="the header says"):
-            read_image(write(tmp_path, hdr(codes, size=size)))
+            load_image(write(tmp_path, hdr(codes, size=size)))
     for size in (b"-Y 9 +Y 17", b"9 17", b"-Y 9", b"-Y -9 +X 17", b"-Y " + b"9" * 5000 + b" +X 1"):
         with pytest.raises(errors.FormatError, match="resolution line"):
-            read_image(write(tmp_path, hdr(codes, size=size)))
+            load_image(write(tmp_path, hdr(codes, size=size)))
     with pytest.raises(errors.FormatError, match="4 per scanline"):
-        read_image(write(tmp_path, hdr(codes, size=b"-Y 9000 +X 17")))
+        load_image(write(tmp_path, hdr(codes, size=b"-Y 9000 +X 17")))
     body = run_length(codes)
     overrun = body[:4] + bytes([128 + 100]) + body[5:]
     with pytest.raises(errors.FormatError, match="scanline 0 of 9: a run goes 83 pixels beyond"):
-        read_image(write(tmp_path, hdr(codes, overrun)))
+        load_image(write(tmp_path, hdr(codes, overrun)))
     with pytest.raises(errors.FormatError, match="its length is 18, expected 17"):
-        read_image(write(tmp_path, hdr(codes, body[:3] + bytes([18]) + body[4:])))
+        load_image(write(tmp_path, hdr(codes, body[:3] + bytes([18]) + body[4:])))
     for cut in range(len(hdr(codes, body))):
         with pytest.raises(errors.FormatError):
-            read_image(write(tmp_path, hdr(codes, body)[:cut]))
+            load_image(write(tmp_path, hdr(codes, body)[:cut]))
 
 
 def test_hdr_agrees_with_mitsuba(mitsuba, tmp_path):
     codes = rgbe(6, 300)
     for body in (codes.tobytes(), run_length(codes)):
         path = write(tmp_path, hdr(codes, body))
-        np.testing.assert_array_equal(read_image(path).pixels, np.array(mitsuba.Bitmap(str(path))))
+        np.testing.assert_array_equal(load_image(path).pixels, np.array(mitsuba.Bitmap(str(path))))
     Image(smooth(40, 70)).save(tmp_path / "a.hdr")
     np.testing.assert_array_equal(
-        read_image(tmp_path / "a.hdr").pixels, np.array(mitsuba.Bitmap(str(tmp_path / "a.hdr")))
+        load_image(tmp_path / "a.hdr").pixels, np.array(mitsuba.Bitmap(str(tmp_path / "a.hdr")))
     )
     mitsuba.Bitmap(smooth(40, 70)).write(str(tmp_path / "m.hdr"))
     np.testing.assert_array_equal(
-        read_image(tmp_path / "m.hdr").pixels, np.array(mitsuba.Bitmap(str(tmp_path / "m.hdr")))
+        load_image(tmp_path / "m.hdr").pixels, np.array(mitsuba.Bitmap(str(tmp_path / "m.hdr")))
     )
 
 
@@ -449,14 +449,14 @@ def test_hdr_agrees_with_mitsuba(mitsuba, tmp_path):
 def test_content_decides_and_not_the_suffix(tmp_path):
     Image(smooth()).save(tmp_path / "a.hdr")
     (tmp_path / "a.hdr").rename(tmp_path / "a.png")
-    assert read_image(str(tmp_path / "a.png")).pixels.shape == (9, 17, 3)
+    assert load_image(str(tmp_path / "a.png")).pixels.shape == (9, 17, 3)
     for data in (b"", b"#?", b"GIF89a", b"\0" * 100):
         with pytest.raises(errors.FormatError, match=r"expected b'v/1.*b'#\?RADIANCE' \(Radiance\)"):
-            read_image(write(tmp_path, data))
+            load_image(write(tmp_path, data))
     with pytest.raises(errors.NotFoundError, match="No such file"):
-        read_image(tmp_path / "none.exr")
+        load_image(tmp_path / "none.exr")
     with pytest.raises(errors.FormatError, match="directory"):
-        read_image(tmp_path)
+        load_image(tmp_path)
 
 
 def test_save_refuses_what_it_cannot_do(tmp_path):
@@ -515,7 +515,7 @@ def test_a_missing_library_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "PIL.Image", None)
     for name, package in (("a.exr", "OpenEXR"), ("a.png", "pillow")):
         with pytest.raises(errors.DependencyError, match=f"pip install {package}"):
-            read_image(tmp_path / name)
+            load_image(tmp_path / name)
         with pytest.raises(errors.DependencyError, match=f"pip install {package}"):
             Image(smooth()).save(tmp_path / name)
 
@@ -559,14 +559,14 @@ def test_damaged_files_raise_only_gonio_errors(tmp_path, kind, capfd):
     else:
         Image(smooth() / 5, smooth()[..., 0] / 5).save(path)
     whole, layer = path.read_bytes(), "one" if kind == "parts.exr" else None
-    read_image(path, layer=layer)
+    load_image(path, layer=layer)
     raised = 0
     for seed in range(60):
         path.write_bytes(damaged(whole, seed))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of pillow, about what is damaged
             try:
-                image = read_image(path, layer=layer)
+                image = load_image(path, layer=layer)
             except errors.FormatError as error:
                 raised += 1
                 assert str(error).startswith(str(path))

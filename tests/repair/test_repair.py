@@ -91,7 +91,7 @@ def test_what_is_made_of_a_file_says_so(tmp_path, monkeypatch):
         m.with_brdf(m.brdf()),
         scattered.with_brdf(scattered.brdf()),
         gn.repair.resample(m, "specular", resolution=(4, 5, 6)),
-        gn.tabulate(m, "angles", (5, 5, 8)),
+        gn.tables.tabulate(m, "angles", (5, 5, 8)),
     ):
         assert made.provenance == {"converted_from": m.provenance}
     assert scattered.replace(outside="missing").provenance == m.provenance
@@ -145,7 +145,7 @@ def test_info_prints_the_history(whole):
 
 
 def test_what_is_no_grid_is_refused_with_the_next_step():
-    with pytest.raises(gn.errors.ParameterError, match=r"expected a measurement; gn.tabulate"):
+    with pytest.raises(gn.errors.ParameterError, match=r"expected a measurement; gn.tables.tabulate"):
         gn.repair.fill_holes(gn.Lambertian(0.5))
 
 

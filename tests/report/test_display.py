@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from face import classes
 from house import PAINT
 
 import gonio as gn
@@ -34,11 +35,11 @@ def scan(**more: Any) -> gn.Scattered:
 
 
 def scene() -> gn.Scene:
-    return gn.Scene([gn.Mesh(FLOOR, gn.Lambertian(0.5)), gn.Mesh(LAMP, gn.Lambertian(0.0), exitance=1.0)])
+    return gn.Scene([gn.scenes.Mesh(FLOOR, gn.Lambertian(0.5)), gn.scenes.Mesh(LAMP, gn.Lambertian(0.0), exitance=1.0)])
 
 
-def image() -> gn.Image:
-    return gn.Image(np.linspace(0.0, 2.0, 96, dtype=np.float32).reshape(4, 8, 3), np.ones((4, 8), np.float32))
+def image() -> gn.scenes.Image:
+    return gn.scenes.Image(np.linspace(0.0, 2.0, 96, dtype=np.float32).reshape(4, 8, 3), np.ones((4, 8), np.float32))
 
 
 MADE: dict[str, Callable[[], Any]] = {
@@ -49,31 +50,31 @@ MADE: dict[str, Callable[[], Any]] = {
     "spectral": lambda: gn.Lambertian(np.linspace(0.1, 0.9, 7), wavelengths=np.linspace(400.0, 700.0, 7)),
     "bright": lambda: 1e8 * gn.Lambertian(1.0),
     "rows": scan,
-    "grid": lambda: gn.tabulate(PAINT, resolution=(6, 6, 12)),
+    "grid": lambda: gn.tables.tabulate(PAINT, resolution=(6, 6, 12)),
     "distribution": lambda: gn.GGX(0.2),
     "fresnel": lambda: gn.Conductor([0.2, 0.9, 1.1], 3.9),
     "light": lambda: gn.SunLight([0.0, 0.0, 1.0], 3.0),
     "environment": lambda: gn.EnvironmentLight.studio(height=16),
-    "spectrum": lambda: gn.illuminant("D65"),
+    "spectrum": lambda: gn.spectra.illuminant("D65"),
     "texture": lambda: gn.Texture(np.full((2, 3, 3), 0.5)),
     "image": image,
-    "difference": lambda: gn.difference(image(), gn.Image(1.1 * image().pixels)),
+    "difference": lambda: gn.scenes.picture_difference(image(), gn.scenes.Image(1.1 * image().pixels)),
     "fit": lambda: gn.fit((gn.direction(0.5, np.zeros(3)), gn.direction([0.1, 0.3, 0.5], 0.0), [0.1, 0.11, 0.12]),
                           gn.Lambertian(), loss="plain"),
     "report": lambda: gn.check(gn.OriginalPhong(0.25, 8.0), laws=["reciprocity", "positivity"]),
     "verdict": lambda: gn.check(gn.Lambertian(0.5), laws=["positivity"])["positivity"],
     "map report": lambda: gn.check(gn.Lambertian(np.full((2, 2, 1), 0.5)), laws=["energy"]),
-    "plan": lambda: gn.plan(gn.Lambertian(0.5), 3),
-    "goniometer": gn.Goniometer,
-    "quoted": lambda: gn.with_uncertainty(gn.albedo, gn.tabulate(gn.Lambertian(0.4), resolution=(5, 5, 8)), UP),
+    "plan": lambda: gn.planning.plan(gn.Lambertian(0.5), 3),
+    "goniometer": gn.planning.Goniometer,
+    "quoted": lambda: gn.with_uncertainty(gn.albedo, gn.tables.tabulate(gn.Lambertian(0.4), resolution=(5, 5, 8)), UP),
     "fate": lambda: gn.fate(gn.ThinDielectric(1.5), UP),
     "sample": lambda: gn.Lambertian(0.5).sample(UP, np.array([0.2, 0.3])),
     "cone": lambda: gn.Cone(UP, 0.2),
-    "mesh": lambda: gn.Mesh(FLOOR),
+    "mesh": lambda: gn.scenes.Mesh(FLOOR),
     "scene": scene,
-    "radiosity": lambda: gn.radiosity(scene(), patches=32),
-    "source": lambda: gn.source(gn.Lambertian(0.5), "glsl"),
-    "kernel": lambda: gn.kernel(gn.Lambertian(0.5)),
+    "radiosity": lambda: gn.scenes.radiosity(scene(), patches=32),
+    "source": lambda: gn.engine.shader_source(gn.Lambertian(0.5), "glsl"),
+    "kernel": lambda: gn.engine.kernel(gn.Lambertian(0.5)),
     "contents": gn.models,
     "entry": lambda: next(iter(gn.materials())),
 }  # fmt: skip
@@ -97,15 +98,14 @@ def test_every_object_is_shown(name):
 
 def test_a_mesh_is_shown_as_it_is_wherever_it_is():
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]])
-    shown = [gn.Mesh((corners + shift, [[0, 1, 2], [0, 2, 3]]))._repr_html_() for shift in (0.0, 1e7)]
+    shown = [gn.scenes.Mesh((corners + shift, [[0, 1, 2], [0, 2, 3]]))._repr_html_() for shift in (0.0, 1e7)]
     pictures = [next(ElementTree.fromstring(html).iter("img")).attrib["src"] for html in shown]
     assert pictures[0] == pictures[1]
 
 
 def test_classes_of_gonio_have_a_display():
     """A class of objects that gonio makes takes `_repr_html_ = repr_html`."""
-    kinds = [getattr(gn, name) for name in gn.__all__]
-    kinds = [k for k in kinds if isinstance(k, type) and not issubclass(k, Exception)]
+    kinds = [kind for kind in classes().values() if not issubclass(kind, Exception)]
     assert kinds and not [k.__name__ for k in kinds if not hasattr(k, "_repr_html_")]
 
 
@@ -197,7 +197,7 @@ def test_figures_and_pictures_are_png():
 
 
 def test_subclasses_of_users_are_shown():
-    class Own(gn.Goniometer):
+    class Own(gn.planning.Goniometer):
         pass
 
     assert "Goniometer" in Own()._repr_html_()

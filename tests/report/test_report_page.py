@@ -125,7 +125,7 @@ def test_numbers_are_those_of_gonio(paint):
     table = one["albedo"]["table"]
     rho = gn.albedo(m, gn.direction(np.radians(table["theta_i"]), np.pi))
     assert np.allclose(table["values"], rho, atol=2e-4)
-    assert np.allclose(one["albedo"]["white_sky"]["values"], gn.white_sky_albedo(m), atol=2e-3)
+    assert np.allclose(one["albedo"]["white_sky"]["values"], gn.remote_sensing.white_sky_albedo(m), atol=2e-3)
     assert {law["name"]: law["verdict"] for law in one["laws"]["laws"]} == report.verdicts
     assert [law["value"] for law in one["laws"]["laws"]] == [law.value for law in report.laws]
     assert {name: p["value"] for name, p in one["facts"]["parameters"].items()} == {
@@ -137,7 +137,7 @@ def test_numbers_are_those_of_gonio(paint):
         Y = m.f(wi, wo) @ [0.2126, 0.7152, 0.0722]
         assert peak["mirror"] == pytest.approx(Y, rel=1e-3)
         assert peak["peak"] >= peak["mirror"]
-    nearest = [match.name for match in gn.nearest(m, count=6)][1:]
+    nearest = [match.name for match in gn.reconstruction.nearest(m, count=6)][1:]
     assert [x["name"] for x in one["fits"]["nearest"]] == nearest
     assert one["fits"]["exact"] == ["Lambertian() + ABC()"]
     best = one["fits"]["models"][0]
@@ -179,7 +179,7 @@ def test_uncertainties_of_a_table_are_those_of_gonio(quick):
     assert np.allclose(np.ravel(table["u"]["common errors"]), common.u_noise, rtol=1e-2)
     assert np.allclose(np.ravel(table["total"]), common.u, rtol=1e-2)
     assert one["facts"]["provenance"]["sha256"].startswith("848f414f")
-    white = gn.with_uncertainty(gn.white_sky_albedo, m, correlation="common", tolerance=1e-3)
+    white = gn.with_uncertainty(gn.remote_sensing.white_sky_albedo, m, correlation="common", tolerance=1e-3)
     told = one["albedo"]["white_sky"]
     assert np.allclose([told["values"][0], told["total"][0]], [white.value, white.u], rtol=1e-2)
     row = one["slices"]["in_plane"][3]
@@ -327,7 +327,7 @@ def test_a_spectrum_has_a_plot_and_colours(quick):
     assert one["colour"]["spectrum"]["wavelengths"] == list(np.arange(400.0, 701.0, 10.0))
     assert one["albedo"]["table"]["shown"] == [0, 5, 10, 15, 20, 25, 30]
     patch = one["colour"]["patches"][0]
-    rgb = gn.to_colour(one["albedo"]["table"]["values"][0], m.wavelengths)
+    rgb = gn.colour.to_colour(one["albedo"]["table"]["values"][0], m.wavelengths)
     assert np.allclose(patch["rgb"], rgb, atol=2e-3)
     read = whole(text)
     assert "wavelength [nm]" in read.words and "7 of 31 channels" in read.words
@@ -338,7 +338,7 @@ def test_colours_of_what_fluoresces_are_those_in_daylight():
     ink = gn.Donaldson([[0.2, 0.0], [0.5, 0.6]], wavelengths=[450.0, 550.0])
     E = daylight(ink.wavelengths)
     patch = contents.colours(ink)["patches"][0]
-    assert np.allclose(patch["rgb"], gn.to_colour(ink.matrix @ E / E, ink.wavelengths), atol=2e-3)
+    assert np.allclose(patch["rgb"], gn.colour.to_colour(ink.matrix @ E / E, ink.wavelengths), atol=2e-3)
     with pytest.warns(FluorescenceWarning, match="left out"):
         contents.albedos(ink)
     said = facts("ink", ink, computed=False)["fluorescence"]

@@ -57,8 +57,8 @@ def test_channels_that_are_no_colours_come_from_the_bands_of_the_light():
 
 
 def test_beside_others_in_a_scene():
-    left = gn.Mesh(([[-2, 0, -1], [0, 0, -1], [0, 0, 1], [-2, 0, 1]], [[0, 1, 2, 3]]), INK)
-    right = gn.Mesh(
+    left = gn.scenes.Mesh(([[-2, 0, -1], [0, 0, -1], [0, 0, 1], [-2, 0, 1]], [[0, 1, 2, 3]]), INK)
+    right = gn.scenes.Mesh(
         ([[0, 0, -1], [2, 0, -1], [2, 0, 1], [0, 0, 1]], [[0, 1, 2, 3]]), gn.Lambertian(np.full(3, 0.5), wavelengths=NM)
     )
     picture = gn.render(gn.Scene([left, right]), LAMP, size=8, samples=4).pixels
@@ -75,8 +75,8 @@ def test_a_checkpoint_knows_the_matrix(tmp_path):
 
 def test_calls_that_draw_f_alone_refuse():
     for call in (
-        lambda: gn.render_stokes(INK, LAMP, size=8, samples=1),
-        lambda: gn.picture_jacobian(INK, LAMP, by=[], size=8, samples=1),
+        lambda: gn.scenes.render_stokes(INK, LAMP, size=8, samples=1),
+        lambda: gn.scenes.picture_jacobian(INK, LAMP, by=[], size=8, samples=1),
     ):
         with pytest.raises(ParameterError, match=r"fluoresces.*m\.under\(E\)"):
             call()

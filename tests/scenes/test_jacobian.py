@@ -20,7 +20,7 @@ def test_by_what_is_linear():
     m = 0.5 * gn.Lambertian([0.2, 0.4, 0.8])
     sun = gn.DistantLight([0.3, -1.0, 0.5], 2.0)
     by = ["rho", "weight", "lights.0.scale", "lights.1.irradiance"]
-    picture, slopes = gn.picture_jacobian(m, [STUDIO, sun], by=by, **SMALL)
+    picture, slopes = gn.scenes.picture_jacobian(m, [STUDIO, sun], by=by, **SMALL)
     whole = gn.render(m, [STUDIO, sun], **SMALL)
     np.testing.assert_allclose(picture.pixels, whole.pixels, rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(slopes["rho"].pixels, picture.pixels / np.float32([0.2, 0.4, 0.8]), rtol=1e-4, atol=1e-6)
@@ -44,7 +44,7 @@ def test_by_roughness_and_index(under, samples):
     m = gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5)) + gn.Lambertian(0.2)
     more = {"size": 24, "samples": samples}
     light = LIGHTS[under]
-    _, slopes = gn.picture_jacobian(m, light, by=["alpha", "eta"], **more)
+    _, slopes = gn.scenes.picture_jacobian(m, light, by=["alpha", "eta"], **more)
     for name, h in (("alpha", 0.02), ("eta", 0.05)):
         value = {"alpha": 0.4, "eta": 1.5}[name]
         high, low = (gn.render(m.replace({name: value + s * h}), light, **more) for s in (1, -1))
@@ -55,7 +55,7 @@ def test_by_roughness_and_index(under, samples):
 
 def test_by_the_brightness_of_a_sun():
     """What a delta light alone makes is in proportion to it."""
-    picture, slopes = gn.picture_jacobian(
+    picture, slopes = gn.scenes.picture_jacobian(
         gn.Lambertian(1.0), gn.DistantLight([0.0, -1.0, 0.0], np.pi), by="lights.0.irradiance", size=24, samples=64
     )
     np.testing.assert_allclose(slopes["lights.0.irradiance"].pixels * np.pi, picture.pixels, rtol=1e-5)
@@ -64,9 +64,9 @@ def test_by_the_brightness_of_a_sun():
 def test_refusals():
     m = gn.Lambertian(0.5)
     with pytest.raises(NotFoundError, match="roughness"):
-        gn.picture_jacobian(m, STUDIO, by="roughness", **SMALL)
+        gn.scenes.picture_jacobian(m, STUDIO, by="roughness", **SMALL)
     with pytest.raises(ParameterError, match="RectangleLight has edges"):
         lamp = gn.RectangleLight([0.0, 0.0, 3.0])
-        gn.picture_jacobian(m, lamp, by="lights.0.centre.x", **SMALL)
+        gn.scenes.picture_jacobian(m, lamp, by="lights.0.centre.x", **SMALL)
     with pytest.raises(ParameterError, match="FunctionLight is a function"):
-        gn.picture_jacobian(m, gn.FunctionLight(lambda w: w[..., 0]), by="rho", **SMALL)
+        gn.scenes.picture_jacobian(m, gn.FunctionLight(lambda w: w[..., 0]), by="rho", **SMALL)

@@ -31,9 +31,9 @@ def told(call):
     "call",
     [
         lambda: gn.render(GLASS, EVEN, **SMALL),
-        lambda: gn.render_stokes(GLASS, gn.DistantLight([0.0, -1.0, 0.0]), **SMALL),
-        lambda: gn.picture_jacobian(gn.RoughDielectric(gn.GGX(0.2), 1.5), EVEN, "alpha_x", **SMALL),
-        lambda: gn.turntable(GLASS, lights=EVEN, frames=2, **SMALL),
+        lambda: gn.scenes.render_stokes(GLASS, gn.DistantLight([0.0, -1.0, 0.0]), **SMALL),
+        lambda: gn.scenes.picture_jacobian(gn.RoughDielectric(gn.GGX(0.2), 1.5), EVEN, "alpha_x", **SMALL),
+        lambda: gn.scenes.write_turntable(GLASS, lights=EVEN, frames=2, **SMALL),
         pytest.param(
             lambda: gn.figures.gallery([GLASS], {"even": EVEN, "half": gn.ConstantLight(0.5)}, **SMALL),
             marks=pytest.mark.full,
@@ -46,12 +46,14 @@ def test_solid_glass_has_one_surface(call):
 
 
 def test_what_is_let_through_lights_no_other_part():
-    scene = gn.Scene([gn.Mesh(SQUARE, gn.Lambertian(0.5)), gn.Mesh(BENT, PANE), gn.Mesh(BENT, GLASS)])
+    scene = gn.Scene(
+        [gn.scenes.Mesh(SQUARE, gn.Lambertian(0.5)), gn.scenes.Mesh(BENT, PANE), gn.scenes.Mesh(BENT, GLASS)]
+    )
     (text,) = told(lambda: gn.render(scene, EVEN, **SMALL))
     through, shadows = text.split("; ")
     assert "SmoothDielectric(eta=1.5) (part 2)" in through and "(part 1)" not in through
     assert "(part 1)" in shadows and "(part 2)" in shadows and "(part 0)" not in text
-    bent, above = gn.Mesh(BENT), {"ground": gn.Lambertian(0.5)}
+    bent, above = gn.scenes.Mesh(BENT), {"ground": gn.Lambertian(0.5)}
     for call in (lambda: gn.render(PANE, EVEN, bent, **SMALL), lambda: gn.render(PANE, EVEN, **above, **SMALL)):
         (text,) = told(call)
         assert text.startswith("render: what ThinDielectric(") and "as if it were opaque" in text
@@ -61,10 +63,10 @@ def test_what_is_let_through_lights_no_other_part():
     "m, shape",
     [
         (PANE, "sphere"),
-        (PANE, gn.Mesh(SQUARE)),
+        (PANE, gn.scenes.Mesh(SQUARE)),
         (gn.Lambertian(0.1) + gn.DiffuseTransmission(0.2), "plane"),
-        (gn.TwoSided(gn.Lambertian(0.5), gn.Lambertian(0.2)), gn.Mesh(BENT)),
-        (gn.Microfacet(gn.GGX(0.3)), gn.Mesh(BENT)),
+        (gn.TwoSided(gn.Lambertian(0.5), gn.Lambertian(0.2)), gn.scenes.Mesh(BENT)),
+        (gn.Microfacet(gn.GGX(0.3)), gn.scenes.Mesh(BENT)),
     ],
 )
 def test_where_nothing_is_left_out_nothing_is_said(m, shape):

@@ -45,7 +45,7 @@ def test_corners_may_have_places_of_their_own(tmp_path):
     head = ["ply", "format ascii 1.0", "element vertex 4", *(f"property float {x}" for x in "xyz"), "element face 2"]
     head += ["property list uchar int vertex_index", "property list uchar float texcoord", "end_header"]
     (tmp_path / "a.ply").write_text("\n".join([*head, *rows, ""]))
-    mesh = gn.Mesh(tmp_path / "a.ply")
+    mesh = gn.scenes.Mesh(tmp_path / "a.ply")
     assert len(mesh.triangles.vertices) == 5
     np.testing.assert_allclose(mesh.uv[mesh.triangles.faces][:, :, 0], [[0, 1, 1], [0.5, 1, 0]])
     np.testing.assert_allclose(mesh.uv[mesh.triangles.faces][:, :, 1], [[1, 1, 0], [1, 0, 0]])  # from above
@@ -65,7 +65,7 @@ def test_archives_are_no_meshes(suffix, tmp_path):
     """Whatever they are called."""
     path = tmp_path / f"a{suffix}"
     path.write_bytes(zipped(ply("ascii")))
-    for call in (gn.Mesh, lambda path: gn.render(gn.Lambertian(0.5), shape=path)):
+    for call in (gn.scenes.Mesh, lambda path: gn.render(gn.Lambertian(0.5), shape=path)):
         with pytest.raises((FormatError, ParameterError), match="expected"):
             call(path)
 
@@ -76,7 +76,7 @@ def test_what_a_mesh_names_is_not_opened(tmp_path):
         os.mkfifo(tmp_path / name)
     (tmp_path / "a.obj").write_bytes(MESHES[".obj"]().replace(b"/etc/passwd", b"a.mtl"))
     (tmp_path / "a.ply").write_bytes(ply("ascii", uv=True).replace(b"/etc/passwd", b"a.png"))
-    code = "import sys, gonio as gn; print([len(gn.Mesh(x).triangles.faces) for x in sys.argv[1:]])"
+    code = "import sys, gonio as gn; print([len(gn.scenes.Mesh(x).triangles.faces) for x in sys.argv[1:]])"
     words = [sys.executable, "-c", code, "a.obj", "a.ply"]
     assert subprocess.run(words, cwd=tmp_path, capture_output=True, timeout=60).stdout == b"[7, 7]\n"
 
@@ -115,7 +115,7 @@ BINARY = ply("binary_little_endian")
 def test_what_is_damaged_is_told(name, content, says, tmp_path):
     (tmp_path / name).write_bytes(content)
     with pytest.raises((FormatError, ParameterError), match=says):
-        gn.Mesh(tmp_path / name)
+        gn.scenes.Mesh(tmp_path / name)
 
 
 def test_nothing_that_a_file_holds_takes_more_than_thirty_times_its_size(tmp_path):
@@ -139,14 +139,14 @@ import gonio as gn
 def most():
     return int(re.search(r"VmHWM:\\s*(\\d+)", open("/proc/self/status").read())[1])
 
-gn.Mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+gn.scenes.Mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
 for path in sys.argv[1:]:
     if pid := os.fork():
         os.waitpid(pid, 0)
         continue
     before = most()
     try:
-        gn.Mesh(path)
+        gn.scenes.Mesh(path)
     except gn.Error:
         pass
     print(1024 * (most() - before), flush=True)

@@ -84,13 +84,13 @@ def test_the_same_seed_gives_the_same_picture_on_any_number_of_threads():
     light = gn.EnvironmentLight.studio(height=32)
     m = MATTE + gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5))
     first = gn.render(m, light, size=40, samples=32, seed=3).pixels
-    before = gn.threads()
+    before = gn.engine.threads()
     try:
         for count in (1, 5):
-            gn.threads(count)
+            gn.engine.threads(count)
             np.testing.assert_array_equal(gn.render(m, light, size=40, samples=32, seed=3).pixels, first)
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
     assert not np.array_equal(gn.render(m, light, size=40, samples=32, seed=4).pixels, first)
 
 

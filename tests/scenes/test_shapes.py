@@ -86,7 +86,7 @@ def test_white_shapes_in_a_furnace_are_one(name):
     np.testing.assert_allclose(picture.alpha.sum() * (2.12 / 64) ** 2, AREAS[name], rtol=3e-3)
     inside = picture.alpha == 1.0
     np.testing.assert_allclose(picture.pixels[inside], 1.0, rtol=1e-5)
-    turned = gn.render(WHITE, EVEN, name, size=32, samples=16, camera=gn.Camera([1.0, -4.0, 2.0]))
+    turned = gn.render(WHITE, EVEN, name, size=32, samples=16, camera=gn.scenes.Camera([1.0, -4.0, 2.0]))
     np.testing.assert_allclose(turned.pixels[turned.alpha == 1.0], 1.0, rtol=1e-5)
 
 
@@ -100,7 +100,7 @@ def test_a_plane_is_lit_as_a_plane():
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_shape_stands_on_the_ground_and_shadows_it(name):
     """Under light from straight above, what is dark of the ground is what the shape covers; from behind, it is not."""
-    camera = gn.OrthographicCamera([0.0, -3.0, 3.0], width=4.0)
+    camera = gn.scenes.OrthographicCamera([0.0, -3.0, 3.0], width=4.0)
     above = gn.DistantLight([0.0, 0.0, 1.0], math.pi)
     picture = gn.render(GRAY, above, name, size=64, camera=camera, ground=WHITE)
     assert picture.alpha.min() == 1.0
@@ -112,26 +112,26 @@ def test_a_shape_stands_on_the_ground_and_shadows_it(name):
 
 def test_the_ground_takes_the_share_of_the_sky_that_is_left():
     """Beside a wide square that stands on it, a point of the ground sees half of an even sky: E = pi/2 there."""
-    camera = gn.OrthographicCamera([0.0, -1.0, 3.0], [0.0, -0.004, -math.sqrt(0.5)], width=0.004)
+    camera = gn.scenes.OrthographicCamera([0.0, -1.0, 3.0], [0.0, -0.004, -math.sqrt(0.5)], width=0.004)
     picture = gn.render(gn.Lambertian(0.0), EVEN, "plane", size=8, samples=256, camera=camera, ground=WHITE)
     np.testing.assert_allclose(picture.pixels.mean(), 0.5, atol=0.01)
 
 
 def test_cameras_show_sizes_as_geometry_says():
-    far = gn.render(WHITE, EVEN, "plane", size=128, samples=16, camera=gn.Camera([0, -8, 0], field_of_view=0.4))
+    far = gn.render(WHITE, EVEN, "plane", size=128, samples=16, camera=gn.scenes.Camera([0, -8, 0], field_of_view=0.4))
     width = 2.0 * math.sqrt(0.5) / (2.0 * 8.0 * math.tan(0.2))
     np.testing.assert_allclose(far.alpha.sum() / 128**2, width**2, rtol=2e-3)
-    parallel = gn.OrthographicCamera([0, -8, 0], width=4.0)
+    parallel = gn.scenes.OrthographicCamera([0, -8, 0], width=4.0)
     np.testing.assert_allclose(
         gn.render(WHITE, EVEN, "plane", size=128, samples=16, camera=parallel).alpha.sum() / 128**2, 2 / 16, rtol=2e-3
     )
-    rolled = gn.OrthographicCamera([0, -4, 0], up=[1, 0, 1], width=2.12)
+    rolled = gn.scenes.OrthographicCamera([0, -4, 0], up=[1, 0, 1], width=2.12)
     corner = gn.render(WHITE, EVEN, "plane", size=64, samples=16, camera=rolled).alpha
     assert corner[3, 32] == 1.0 and corner[12, 12] == 0.0  # the square stands on a corner
 
 
 def test_points_that_cameras_cannot_place():
-    camera = gn.Camera([0.0, -4.0, 0.0])
+    camera = gn.scenes.Camera([0.0, -4.0, 0.0])
     assert camera.places(np.zeros((0, 3))).shape == (0, 2)
     assert camera.places([[0.0, 0.0, 0.0], [0.0, -9.0, 0.0]]) is None
     for points, error in ((np.zeros(3), ShapeError), (np.zeros((2, 2)), ShapeError), ("here", ArrayTypeError)):
@@ -141,7 +141,7 @@ def test_points_that_cameras_cannot_place():
 
 def test_up_is_up_and_right_is_right():
     """The camera of nobody's choice and the same by name show the same, in the same orientation."""
-    camera = gn.OrthographicCamera([0, -4, 0], width=2.12)
+    camera = gn.scenes.OrthographicCamera([0, -4, 0], width=2.12)
     a = gn.render(gn.material("gold"), STUDIO, size=32, samples=256)
     b = gn.render(gn.material("gold"), STUDIO, size=32, samples=256, camera=camera)
     np.testing.assert_allclose(a.alpha, b.alpha, atol=1e-6)
@@ -151,7 +151,7 @@ def test_up_is_up_and_right_is_right():
 
 def test_the_backdrop_is_the_light_from_there():
     """Of the pixels beside the shape, of every camera: the radiance from where they look."""
-    camera = gn.Camera([0.0, -4.0, 0.0], [0.0, 0.0, 0.3], field_of_view=1.2)
+    camera = gn.scenes.Camera([0.0, -4.0, 0.0], [0.0, 0.0, 0.3], field_of_view=1.2)
     picture = gn.render(gn.Lambertian(0.5), STUDIO, size=16, samples=512, camera=camera, backdrop=True)
     assert picture.alpha.min() == 1.0
     y, x = (1.0 - (np.mgrid[:16, :16] + 0.5) / 8.0)[0], ((np.mgrid[:16, :16] + 0.5) / 8.0 - 1.0)[1]
@@ -179,10 +179,10 @@ def test_surfaces_are_shapes():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: gn.Camera([0, 0, 0]), "one point"),
-        (lambda: gn.Camera([0, 0, 4]), "up is along the view"),
-        (lambda: gn.Camera(field_of_view=4.0), "field_of_view"),
-        (lambda: gn.OrthographicCamera(width=0.0), "width"),
+        (lambda: gn.scenes.Camera([0, 0, 0]), "one point"),
+        (lambda: gn.scenes.Camera([0, 0, 4]), "up is along the view"),
+        (lambda: gn.scenes.Camera(field_of_view=4.0), "field_of_view"),
+        (lambda: gn.scenes.OrthographicCamera(width=0.0), "width"),
         (lambda: gn.render(WHITE, camera=3), "camera"),
         (lambda: gn.render(WHITE, ground=3), "ground"),
     ],

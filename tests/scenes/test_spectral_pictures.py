@@ -26,7 +26,7 @@ def test_a_light_without_a_spectrum_is_daylight():
 
 
 def test_a_light_that_is_a_spectrum_has_its_own_colour():
-    lamp = gn.blackbody(2856.0)
+    lamp = gn.spectra.blackbody(2856.0)
     lamp = gn.Spectrum(lamp.wavelengths, lamp.values / lamp.at(560.0))
     expected = (PAINT.rho * lamp.at(NM)) @ light_to_rgb(NM)
     for light in (gn.ConstantLight(lamp), gn.ConstantLight(lamp).at(NM)):

@@ -45,7 +45,7 @@ def test_the_radiance_is_that_of_render(m, lights):
     same = lights is not STUDIO or (m.sides == "front" and m is not MATERIALS["weighted"])
     samples = 8 if same else 1024
     plain = gn.render(m, lights, size=24, samples=samples)
-    picture = gn.render_stokes(m, lights, size=24, samples=samples)
+    picture = gn.scenes.render_stokes(m, lights, size=24, samples=samples)
     if same:
         np.testing.assert_allclose(picture.radiance.pixels, plain.pixels, atol=1e-5 * plain.pixels.max())
     elif m.sides == "front":
@@ -54,21 +54,23 @@ def test_the_radiance_is_that_of_render(m, lights):
     else:  # few samples of what is drawn whole meet the sun: the mean's standard error is 0.4 %
         np.testing.assert_allclose(picture.radiance.pixels.mean(), plain.pixels.mean(), rtol=2e-2)
     np.testing.assert_array_equal(picture.alpha, plain.alpha)
-    few = gn.render_stokes(m, lights, size=24, samples=8)
-    filtered = [gn.render_stokes(m, lights, size=24, samples=8, polarizer=psi).pixels for psi in (0.3, 0.3 + PI / 2)]
+    few = gn.scenes.render_stokes(m, lights, size=24, samples=8)
+    filtered = [
+        gn.scenes.render_stokes(m, lights, size=24, samples=8, polarizer=psi).pixels for psi in (0.3, 0.3 + PI / 2)
+    ]
     np.testing.assert_allclose(sum(filtered), few.pixels, atol=1e-6 * plain.pixels.max())
     assert (picture.dop().pixels <= 1.0).all()
 
 
 def test_two_analysers_share_the_light():
-    picture = gn.render_stokes(MATERIALS["varnish"], STUDIO, size=24, samples=8)
+    picture = gn.scenes.render_stokes(MATERIALS["varnish"], STUDIO, size=24, samples=8)
     both = picture.through(0.4).pixels + picture.through(0.4 + PI / 2).pixels
     np.testing.assert_allclose(both, picture.radiance.pixels, rtol=1e-4, atol=1e-6)
 
 
 def lit(m: gn.Reflectance, **others: float) -> np.ndarray:
     """Stokes vectors of a flat-looking sphere's pixels under light from the camera."""
-    return gn.render_stokes(m, gn.DistantLight([0.0, -1.0, 0.0], 1.0), size=33, samples=4, **others).pixels
+    return gn.scenes.render_stokes(m, gn.DistantLight([0.0, -1.0, 0.0], 1.0), size=33, samples=4, **others).pixels
 
 
 def test_light_from_the_camera_comes_back_from_mirrors_as_it_was():
@@ -97,7 +99,7 @@ def test_the_sun_in_a_glass_ball_at_brewsters_angle_is_horizontal():
     away = PI - 2.0 * math.atan(1.5)
     sun = gn.DistantLight([math.sin(PI - away), -math.cos(PI - away), 0.0], 1.0)
     smooth = gn.Microfacet(gn.GGX(0.02), gn.Dielectric(1.5))
-    picture = gn.render_stokes(smooth, sun, size=129, samples=4)
+    picture = gn.scenes.render_stokes(smooth, sun, size=129, samples=4)
     i = np.unravel_index(picture.pixels[..., 0, 0].argmax(), picture.alpha.shape)
     total, Q, U, _ = picture.pixels[i][0]
     assert Q / total < -0.999 and abs(U / total) < 0.03
@@ -107,7 +109,7 @@ def test_the_sun_in_a_glass_ball_at_brewsters_angle_is_horizontal():
 
 def test_what_goes_straight_through_keeps_its_polarization():
     """A filter before a polarized sky: all light passes the same polarizer, and none the crossed one."""
-    picture = gn.render_stokes(gn.Absorber(0.3), gn.ConstantLight(1.0), size=24, samples=4, polarizer=0.4)
+    picture = gn.scenes.render_stokes(gn.Absorber(0.3), gn.ConstantLight(1.0), size=24, samples=4, polarizer=0.4)
     inside = picture.alpha > 0.0
     np.testing.assert_allclose(picture.through(0.4).pixels, picture.radiance.pixels, atol=1e-6)
     assert picture.through(0.4 + PI / 2).pixels.max() < 1e-6 < picture.radiance.pixels[inside].min()
@@ -118,12 +120,12 @@ def test_what_goes_straight_through_keeps_its_polarization():
 def test_an_even_sky_through_a_pane(size):
     """R + T = 1 for s and for p: a clear pane leaves an even sky as it was. A black one mirrors R_s and R_p alone."""
     sky = gn.ConstantLight(1.0)
-    S = gn.render_stokes(gn.ThinDielectric(1.5), sky, size=size, samples=64).pixels[size // 2, :, 0]
+    S = gn.scenes.render_stokes(gn.ThinDielectric(1.5), sky, size=size, samples=64).pixels[size // 2, :, 0]
     x = (np.arange(size) + 0.5) * (2.12 / size) - 1.06
     at = np.argmin(np.abs(x - math.sin(math.radians(70.0))))
     assert S[at, 0] == pytest.approx(1.0, abs=1e-4)
     np.testing.assert_allclose(S[at, 1:], 0.0, atol=2e-2)
-    sides = gn.render_stokes(gn.ThinDielectric(1.5, 50.0), sky, size=size, samples=64).pixels[size // 2, at, 0]
+    sides = gn.scenes.render_stokes(gn.ThinDielectric(1.5, 50.0), sky, size=size, samples=64).pixels[size // 2, at, 0]
     mirrored = gn.ThinDielectric(1.5, 50.0).delta_mueller(gn.direction(math.asin(x[at]), 0.0))
     assert sides[0] == pytest.approx(mirrored[0, 0], rel=0.03)
     assert sides[1] == pytest.approx(-mirrored[0, 1], rel=0.03)  # horizontal of the surface is vertical in the picture
@@ -131,4 +133,4 @@ def test_an_even_sky_through_a_pane(size):
 
 def test_bad_angles_are_refused():
     with pytest.raises(ParameterError, match="polarizer"):
-        gn.render_stokes(gn.Lambertian(0.5), SUN, size=8, samples=1, polarizer=math.nan)
+        gn.scenes.render_stokes(gn.Lambertian(0.5), SUN, size=8, samples=1, polarizer=math.nan)

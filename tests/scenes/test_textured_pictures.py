@@ -66,10 +66,10 @@ def test_the_rough_half_is_sampled_as_rough():
 def test_derivatives_of_other_numbers():
     glossy = gn.Microfacet(gn.GGX(0.3), 0.5)
     m = gn.Lambertian(gn.Texture([[0.4, 0.4]])) + glossy
-    found, expected = (gn.picture_jacobian(x, size=16) for x in (m, gn.Lambertian(0.4) + glossy))
+    found, expected = (gn.scenes.picture_jacobian(x, size=16) for x in (m, gn.Lambertian(0.4) + glossy))
     np.testing.assert_allclose(found[1]["alpha"].pixels, expected[1]["alpha"].pixels, rtol=1e-3, atol=1e-3)
     with pytest.raises(ParameterError, match=r"by=rho\): a texture, and a picture has no derivative by all of its"):
-        gn.picture_jacobian(m, LIGHT, by=["rho"], size=16)
+        gn.scenes.picture_jacobian(m, LIGHT, by=["rho"], size=16)
 
 
 def test_a_stopped_picture_of_a_texture_goes_on(tmp_path):

@@ -16,7 +16,7 @@ WHITE = gn.Lambertian(1.0)
 def test_lights_go_round_once_counterclockwise():
     """The sun is behind the camera, to the right, behind the sphere, to the left."""
     sun = gn.DistantLight([0.0, -1.0, 0.0], math.pi)
-    frames = gn.turntable(WHITE, lights=sun, frames=4, size=32)
+    frames = gn.scenes.write_turntable(WHITE, lights=sun, frames=4, size=32)
     means = [frame.pixels[16].reshape(2, 16, -1).mean(axis=(1, 2)) for frame in frames]
     assert means[0][0] == pytest.approx(means[0][1], rel=0.02)
     assert means[1][1] > 5.0 * means[1][0] and means[3][0] > 5.0 * means[3][1]
@@ -29,9 +29,9 @@ def test_the_shape_turns_before_a_camera_that_stays():
     light = gn.DistantLight([0.0, -1.0, 0.3], math.pi)
     card = np.array([[x, y, z] for z in (-0.6, 0.6) for y in (0.1, 0.14) for x in (-0.8, 0.8)])
     sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-    mesh = gn.Mesh((card, sides))
-    camera = gn.OrthographicCamera([0.0, -4.0, 0.0], width=2.4)
-    frames = gn.turntable(WHITE, None, light, 8, mesh, 48, 4, turns="shape", camera=camera)
+    mesh = gn.scenes.Mesh((card, sides))
+    camera = gn.scenes.OrthographicCamera([0.0, -4.0, 0.0], width=2.4)
+    frames = gn.scenes.write_turntable(WHITE, None, light, 8, mesh, 48, 4, turns="shape", camera=camera)
     widths = [float((frame.alpha > 0.5).any(axis=0).sum()) for frame in frames]
     assert widths[0] == pytest.approx(32.0, abs=2.0) and widths[1] == pytest.approx(widths[0] * 0.707, abs=2.0)
     assert widths[2] <= 2.0
@@ -39,14 +39,16 @@ def test_the_shape_turns_before_a_camera_that_stays():
     assert level[1] / level[0] == pytest.approx(math.cos(math.pi / 4), rel=1e-3)  # lit at a slant
     column = [np.average(np.arange(48), weights=frame.alpha.sum(axis=0)) for frame in (frames[1], frames[7])]
     assert column[0] < 23.5 < column[1]  # behind the axis: counterclockwise, what is behind goes to the left
-    one, other = gn.turntable(WHITE, None, gn.SunLight([-1.0, -1.0, 1.0]), 2, size=24, samples=64, turns="shape")
-    assert gn.difference(one, other).rms < 0.02
+    one, other = gn.scenes.write_turntable(
+        WHITE, None, gn.SunLight([-1.0, -1.0, 1.0]), 2, size=24, samples=64, turns="shape"
+    )
+    assert gn.scenes.picture_difference(one, other).rms < 0.02
 
 
 def test_functions_are_turned_as_formulas_are():
     sky = gn.CIESky(12, [0.5, -0.5, 0.7])
     both = [
-        gn.turntable(WHITE, lights=light, frames=3, size=24, samples=128)
+        gn.scenes.write_turntable(WHITE, lights=light, frames=3, size=24, samples=128)
         for light in (sky, gn.FunctionLight(sky.incident))
     ]
     for formula, function in zip(*both, strict=True):
@@ -58,7 +60,9 @@ def test_functions_are_turned_as_formulas_are():
 def test_the_file_moves(suffix, tmp_path):
     image = pytest.importorskip("PIL.Image")
     path = tmp_path / f"gold{suffix}"
-    frames = gn.turntable(gn.material("gold"), path, frames=5, size=24, samples=4, seconds=2.0, exposure=1.0)
+    frames = gn.scenes.write_turntable(
+        gn.material("gold"), path, frames=5, size=24, samples=4, seconds=2.0, exposure=1.0
+    )
     with image.open(path) as moving:
         assert (moving.n_frames, moving.size, moving.info["duration"]) == (5, (24, 24), 400.0)
         moving.seek(3)
@@ -83,6 +87,6 @@ def test_bad_calls_are_refused(tmp_path):
         (ParameterError, "exposure", {"path": tmp_path / "a.png", "exposure": math.nan}),
     ):
         with pytest.raises(error, match=words):
-            gn.turntable(**{"m": WHITE, "size": 16, "samples": 4} | arguments)
+            gn.scenes.write_turntable(**{"m": WHITE, "size": 16, "samples": 4} | arguments)
     with pytest.raises(ParameterError, match="no formula on components"):
         gn.TurnedLight(gn.FunctionLight(lambda w: w[..., 2]), 1.0)

@@ -14,7 +14,7 @@ from gonio.errors import FormatError, NotFoundError, ParameterError
 SURFACES = {
     "gaussian": gn.surfaces.gaussian(0.3, 0.1, size=64, correlation=6.0),
     "v_grooves": gn.surfaces.v_grooves(0.6),
-    "threads": gn.surfaces.threads(size=64),
+    "weave": gn.surfaces.weave(size=64),
     "brushed": gn.surfaces.brushed(0.3, size=64, length=40.0),
     "spheres": gn.surfaces.spheres(0.3, size=128, radius=8.0),
 }
@@ -68,7 +68,7 @@ def test_spheres_cover_what_they_should():
 
 
 def test_threads_go_over_and_under():
-    surface = gn.surfaces.threads(0.4, 0.9, 0.3, size=64)
+    surface = gn.surfaces.weave(0.4, 0.9, 0.3, size=64)
     h = surface.heights
     top = [(16, 16), (16, 48), (48, 16), (48, 48)]  # the four crossings are equally high
     assert np.ptp([h[at] for at in top]) < 0.01

@@ -95,14 +95,14 @@ def test_array_libraries(library, cells):
 @contextmanager
 def shared_out(patch: pytest.MonkeyPatch) -> Any:
     """All that kernels compute is shared out in parts of a line of the cache, however little it is."""
-    before = gn.threads()
+    before = gn.engine.threads()
     patch.setattr(plans, "PARALLEL", 0)
     patch.setattr(plans, "GRAIN", 1)
-    patch.setattr(plans, "_crew", lambda work: gn.threads())
+    patch.setattr(plans, "_crew", lambda work: gn.engine.threads())
     try:
         yield
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
 
 
 @pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")
@@ -117,10 +117,10 @@ def test_number_of_threads(cells, monkeypatch):
         found = []
         with shared_out(monkeypatch):
             for count in (1, 2, 3):
-                gn.threads(count)
+                gn.engine.threads(count)
                 found.append(run(call, gn.expression(HOUSE[name]), some))
         for count in (1, 2):
-            told = f"after gn.threads(1), and gn.threads({count + 1})"
+            told = f"after gn.engine.threads(1), and gn.engine.threads({count + 1})"
             hold(call, gn.expression(HOUSE[name]), found[count], found[0], 0.0, told)
     if cells[0][0].name == "f":
         assert {*shared} == {2, 3}
@@ -133,7 +133,7 @@ def test_number_of_threads_under_a_light(function, monkeypatch):
     found = []
     with shared_out(monkeypatch):
         for count in (1, 2, 3):
-            gn.threads(count)
+            gn.engine.threads(count)
             found += under.results()
     for several in found[1:]:
         np.testing.assert_array_equal(several, found[0], err_msg=under.lines())

@@ -16,10 +16,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from directed import public
+from face import functions
 from kinds import KINDS, of_kind
 
 import gonio as gn
+
+TRIANGLE = "([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])"
 
 CALLS = {
     "check": 'gn.check(m, laws=["positivity", "energy", "sampling"])',
@@ -29,28 +31,28 @@ CALLS = {
     "figures.laws": 'gn.figures.laws(m, gn.check(m, laws=["energy"]))',
     "figures.overview": "gn.figures.overview(m, size=8, samples=1)",
     "fit": "gn.fit(m, gn.Lambertian(), starts=1)",
-    "fit_problem": "gn.fit_problem(m, gn.Lambertian())",
+    "fitting.fit_problem": "gn.fitting.fit_problem(m, gn.Lambertian())",
     "formats.save": 'gn.save(m, folder / "m.csv")',
-    "nearest": 'gn.nearest(m, among={"matt": gn.Lambertian(0.3), "white": gn.Lambertian(0.9)})',
-    "picture_jacobian": "gn.picture_jacobian(m, by=list(m.parameters)[:1], size=8, samples=1)",
-    "plan": "gn.plan(m, 2, starts=1, by=list(m.parameters)[:1], per_channel=False)",
-    "reconstruct": "gn.reconstruct(m)",
-    "reflectance_basis": "gn.reflectance_basis([m, gn.Lambertian(0.5)], 1, resolution=(6, 6, 4))",
+    "reconstruction.nearest": 'gn.reconstruction.nearest(m, {"matt": gn.Lambertian(0.3), "white": gn.Lambertian(0.9)})',
+    "scenes.picture_jacobian": "gn.scenes.picture_jacobian(m, by=list(m.parameters)[:1], size=8, samples=1)",
+    "planning.plan": "gn.planning.plan(m, 2, starts=1, by=list(m.parameters)[:1], per_channel=False)",
+    "reconstruction.reconstruct": "gn.reconstruction.reconstruct(m)",
+    "reconstruction.reflectance_basis": "gn.reconstruction.reflectance_basis([m, gn.Lambertian()], 1, resolution=(6, 6, 4))",
     "render": "gn.render(m, size=8, samples=1)",
-    "render_stokes": "gn.render_stokes(m, size=8, samples=1)",
-    "repair.resample": 'gn.repair.resample(m, "half_difference", resolution=(6, 6, 4))',
-    "retro_facets": "gn.retro_facets(m)",
+    "scenes.render_stokes": "gn.scenes.render_stokes(m, size=8, samples=1)",
+    "repair.resample": 'gn.repair.resample(m, "directions.half_difference", resolution=(6, 6, 4))',
+    "reconstruction.retro_facets": "gn.reconstruction.retro_facets(m)",
     "save": 'gn.save(m, folder / "m.json")',
-    "select_model": "gn.select_model(m, {'matt': gn.Lambertian(), 'minnaert': gn.Minnaert()})",
-    "tabulate": "gn.tabulate(m, resolution=(6, 6, 4))",
-    "to_dataset": "gn.to_dataset(m, resolution=(6, 6, 4))",
-    "turntable": "gn.turntable(m, frames=2, size=8, samples=1)",
+    "fitting.select_model": "gn.fitting.select_model(m, {'matt': gn.Lambertian(), 'minnaert': gn.Minnaert()})",
+    "tables.tabulate": "gn.tables.tabulate(m, resolution=(6, 6, 4))",
+    "tables.to_dataset": "gn.tables.to_dataset(m, resolution=(6, 6, 4))",
+    "scenes.write_turntable": "gn.scenes.write_turntable(m, frames=2, size=8, samples=1)",
     "write_report": 'gn.write_report(m, folder / "m.html", fits=False)',
     "repair.extrapolate_to_grazing": 'gn.repair.extrapolate_to_grazing(m, "hold")',
     "repair.subtract_signature": "gn.repair.subtract_signature(m, gn.Lambertian(0.01))",
     "repair.symmetrize": 'gn.repair.symmetrize(m, "reciprocal")',
     "notebooks": "[m._repr_html_(), m._repr_png_()]",
-    "radiosity": "gn.radiosity(gn.Scene([gn.Mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), m, exitance=1.0)]))",
+    "scenes.radiosity": f"gn.scenes.radiosity(gn.Scene(gn.scenes.Mesh({TRIANGLE}, m, exitance=1.0)))",
     "at": "m.at([450.0, 550.0, 620.0])",
     "under": "m.under(np.ones(m.channels or 1))",
     "json": 'gn.load(gn.save(m, folder / "m.json") or folder / "m.json")',
@@ -59,7 +61,7 @@ CALLS = {
 
 DIRECTIONS = re.compile(r"w|wi|wo|(theta|phi)(_.)?|incident|collected|directions?|views?")
 FIRST = re.compile(r"m|materials?|data")
-MORE = ("notebooks", "radiosity", "at", "under", "json")
+MORE = ("notebooks", "scenes.radiosity", "at", "under", "json")
 NOT_OF_MATERIALS = {
     "roughness.alpha_from_beckmann_m": "its m is Beckmann's number",
     "formats.write": "`save`, for those who have a format's module",
@@ -69,7 +71,7 @@ NOT_OF_MATERIALS = {
 def faces() -> list[str]:
     """Public functions whose first argument is a material, and of which no other one is a direction."""
     found = []
-    for name, function in public():
+    for name, function in functions().items():
         first, *others = [*inspect.signature(function).parameters.values(), None]
         takes = first is not None and (
             FIRST.fullmatch(first.name) or re.search("Reflectance|Measured", str(first.annotation))

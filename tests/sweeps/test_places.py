@@ -19,7 +19,10 @@ from sweeps import grouped, one_in, one_of
 
 import gonio as gn
 
-QUICK = {"irradiance": 2, "observations": 2, "photometric_stereo": 2, "reflected_radiance": 1}
+QUICK = {
+    **dict.fromkeys(("irradiance", "reconstruction.photometric_stereo", "reconstruction.texel_data"), 2),
+    "reflected_radiance": 1,
+}
 """Calls that are no pictures: by default shifted under one light in so many, turned under a fifth of these."""
 
 

@@ -20,7 +20,10 @@ from sweeps import grouped, one_in, one_of
 import gonio as gn
 
 NAMES = sorted(made())
-QUICK = {"irradiance": 2, "observations": 2, "photometric_stereo": 2, "reflected_radiance": 1}
+QUICK = {
+    **dict.fromkeys(("irradiance", "reconstruction.photometric_stereo", "reconstruction.texel_data"), 2),
+    "reflected_radiance": 1,
+}
 
 
 def cells(functions: Iterable[str], part: dict[str, int], once: Collection[str]) -> list[Any]:
@@ -73,7 +76,7 @@ def test_two_lights_are_the_sum_of_each(cells):
         if isinstance(a, Refused) or isinstance(b, Refused):
             assert isinstance(both, Refused), under.lines()
             continue
-        drawn = "FunctionLight" in (name, other) and function in ("render", "turntable")  # points of their own
+        drawn = "FunctionLight" in (name, other) and function in ("render", "scenes.write_turntable")  # own points
         tolerance = 0.5 if drawn else 1e-12 if a[0].dtype == np.float64 else 1e-6
         hold(under, both, [sum(_as(both, k, x) for x in (a[k], b[k])) for k in range(len(a))], tolerance)
 
@@ -87,11 +90,11 @@ def test_twice_the_light_of_a_scene():
     floor, lamp = ([[0, 0, z], [1, 0, z], [1, 1, z], [0, 1, z]] for z in (0.0, 1.0))
     ink = gn.expression(MATERIALS["ink"])
 
-    def light(*exitances: float) -> gn.Radiosity:
+    def light(*exitances: float) -> gn.results.Radiosity:
         faces = zip((floor, lamp[::-1]), exitances, strict=True)
-        return gn.radiosity(gn.Scene([gn.Mesh((x, [[0, 1, 2, 3]]), ink, M) for x, M in faces]), 16)
+        return gn.scenes.radiosity(gn.Scene([gn.scenes.Mesh((x, [[0, 1, 2, 3]]), ink, M) for x, M in faces]), 16)
 
     one, other, both, twofold = light(0.0, 1.0), light(3.0, 0.0), light(3.0, 1.0), light(0.0, 2.0)
-    for name in ("radiosity", "irradiance"):
+    for name in ("scenes.radiosity", "irradiance"):
         np.testing.assert_allclose(getattr(twofold, name), 2.0 * getattr(one, name), rtol=1e-9)
         np.testing.assert_allclose(getattr(both, name), getattr(one, name) + getattr(other, name), rtol=1e-9)

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from directed import Refused, numbers, public
+from directed import Refused, numbers
+from face import classes, functions
 from libraries import thinned
 from xlsx_files import workbook
 
@@ -47,34 +48,34 @@ OF_WAVELENGTHS = {
     "radiometry.convert_spectral": "gn.radiometry.convert_spectral(1.0, w, 'wavelength', 'frequency')",
     "radiometry.photon_flux": "gn.radiometry.photon_flux(1.0, w)",
     "radiometry.radiant_flux": "gn.radiometry.radiant_flux(1.0, w)",
-    "refractive_index": "gn.refractive_index('gold', w)",
-    "to_colour": "gn.to_colour([0.1, 0.2, 0.3], w)",
+    "spectra.refractive_index": "gn.spectra.refractive_index('gold', w)",
+    "colour.to_colour": "gn.colour.to_colour([0.1, 0.2, 0.3], w)",
     "with_channels": "gn.Lambertian([0.1, 0.2, 0.3]).with_channels(w).wavelengths",
 }
 """Functions, methods and constructors of wavelengths w [nm], as Python."""
 M = "gn.Lambertian(0.5)"
 SURFACE = "gn.surfaces.v_grooves(0.6)"
 OF_ANGLES = {
-    "blue_sky_albedo": f"gn.blue_sky_albedo({M}, x, 0.5)",
+    "remote_sensing.blue_sky_albedo": f"gn.remote_sensing.blue_sky_albedo({M}, x, 0.5)",
     "direction": "gn.direction(x, 0.3)",
     "figures.polar": f"gn.figures.polar({M}, x)",
     "figures.slices": f"gn.figures.slices({M}, x)",
     "fit": f"gn.fit({M}, gn.Lambertian(), starts=1, theta_max=x).model.rho",
-    "fit_many": f"gn.fit_many([{M}], [gn.Lambertian()], starts=1, theta_max=x)",
-    "fit_problem": f"gn.fit_problem({M}, gn.Lambertian(), theta_max=x).x0",
-    "from_half_difference": "gn.from_half_difference(x, 0.0, x, 0.0)",
+    "fitting.fit_many": f"gn.fitting.fit_many([{M}], [gn.Lambertian()], starts=1, theta_max=x)",
+    "fitting.fit_problem": f"gn.fitting.fit_problem({M}, gn.Lambertian(), theta_max=x).x0",
+    "directions.from_half_difference": "gn.directions.from_half_difference(x, 0.0, x, 0.0)",
     "gonioreflectometer": f"gn.gonioreflectometer({SURFACE}, 0.5, x, 0.0, (6, 8), 1.0, rays=1024).stored",
     "radiometry.projected_solid_angle_cone": "gn.radiometry.projected_solid_angle_cone(x)",
     "radiometry.projected_solid_angle_latlong_pixel": "gn.radiometry.projected_solid_angle_latlong_pixel(0.1, x, 0.1)",
     "radiometry.solid_angle_cap": "gn.radiometry.solid_angle_cap(0.1, x)",
     "radiometry.solid_angle_cone": "gn.radiometry.solid_angle_cone(x)",
     "radiometry.solid_angle_latlong_pixel": "gn.radiometry.solid_angle_latlong_pixel(0.1, x, 0.1)",
-    "reconstruct": f"gn.reconstruct({M}, theta_max=x)",
+    "reconstruction.reconstruct": f"gn.reconstruction.reconstruct({M}, theta_max=x)",
     "remote_sensing.c_factor": f"gn.remote_sensing.c_factor({M}, 0.3, 0.2, 0.1, to_theta_s=x)",
     "remote_sensing.fit_kernels": "gn.remote_sensing.fit_kernels([0.1, 0.2, 0.3, 0.2], x, [0.0, 0.2, 0.4, 0.6], 0.1)",
     "remote_sensing.brf": f"gn.remote_sensing.brf({M}, 0.3, x, 0.1)",
     "remote_sensing.nbar": f"gn.remote_sensing.nbar({M}, x)",
-    "select_model": f"gn.select_model({M}, {{'matt': gn.Lambertian(), 'other': gn.Minnaert()}}, theta_max=x)",
+    "fitting.select_model": f"gn.fitting.select_model({M}, {{'a': gn.Lambertian(), 'b': gn.Minnaert()}}, theta_max=x)",
 }
 """Functions of a polar angle x [rad], as Python."""
 KERNELS = "gn.{}(x, 0.2, 0.1)"
@@ -83,13 +84,10 @@ KERNELS = "gn.{}(x, 0.2, 0.1)"
 
 def _named(names: re.Pattern) -> Iterator[str]:
     """Public functions, and methods of public classes, with an argument of such a name."""
-    for name, function in public():
+    for name, function in functions().items():
         if any(map(names.fullmatch, inspect.signature(function).parameters)):
             yield name
-    for name in gn.__all__:
-        kind = getattr(gn, name)
-        if not isinstance(kind, type):
-            continue
+    for name, kind in classes().items():
         for part, method in vars(kind).items():
             function = getattr(method, "__func__", method)
             if inspect.isfunction(function) and any(map(names.fullmatch, inspect.signature(function).parameters)):
@@ -101,8 +99,7 @@ def _named(names: re.Pattern) -> Iterator[str]:
 
 def _fields() -> list[tuple[str, str]]:
     """Public classes with a field that is a wavelength, and its name."""
-    kinds = [getattr(gn, name) for name in gn.__all__]
-    kinds = [k for k in kinds if isinstance(k, type) and issubclass(k, Parametrised)]
+    kinds = [kind for kind in classes().values() if issubclass(kind, Parametrised)]
     return [(k.__name__, name) for k in kinds for name in k.fields if WAVELENGTHS.fullmatch(name)]
 
 
@@ -143,7 +140,7 @@ def test_wavelengths_of_materials_in_micrometres(kind, field):
 
 
 ANGLED = [name for name in _named(POLAR) if name[0].islower()]
-SLOW = {"figures.polar", "figures.slices", "fit_many", "reconstruct", "select_model"}
+SLOW = {"figures.polar", "figures.slices", "fitting.fit_many", "reconstruction.reconstruct", "fitting.select_model"}
 
 
 def call_of(name: str) -> str:
@@ -230,12 +227,12 @@ def test_tables_in_any_unit(name, option, unit, tmp_path):
 def test_datasets_in_any_unit(unit):
     axes = {"theta_i": [0.2, 0.7], "theta_o": [0.1, 0.5], "phi": [0.0, 1.0, 3.0]}
     here = gn.Gridded("angles", axes, np.linspace(0.1, 0.3, 24).reshape(2, 2, 3, 2), channels=[450.0, 550.0])
-    ds = gn.to_dataset(here)
+    ds = gn.tables.to_dataset(here)
     for name, x in ds.coords.items():
         kind = {"rad": dataset_layout.RADIANS, "nm": dataset_layout.NANOMETRES}.get(x.attrs.get("units"), {})
         if unit in kind:
             ds = ds.assign_coords({name: (x.dims, x.values / kind[unit], {"units": unit})})
-    there = gn.from_dataset(ds)
+    there = gn.tables.from_dataset(ds)
     np.testing.assert_allclose(there.wavelengths, [450.0, 550.0], rtol=1e-12)
     wi, wo = gn.direction(0.7, 0.0), gn.direction(0.5, [0.0, 1.0, 2.0])
     np.testing.assert_allclose(there.f(wi, wo), here.f(wi, wo), rtol=1e-9)

@@ -101,15 +101,15 @@ def test_exchanging_wi_and_wo_does_to_the_angles_what_is_said(system, count):
 
 @each_once
 def test_to_dataset_and_back(system, count):
-    ds = gn.to_dataset(MATERIALS[count], system.name, NODES[count])
+    ds = gn.tables.to_dataset(MATERIALS[count], system.name, NODES[count])
     assert ds.attrs["parameterization"] == system.name
     assert all(ds[name].attrs["long_name"] == ANGLES[name].meaning for name in system.axes(count == 4))
-    m = gn.from_dataset(ds)
+    m = gn.tables.from_dataset(ds)
     assert np.array_equal(m.stored, ds["values"].values, equal_nan=True)
     wi, wo = m.directions()
     up = (wi[..., 2] > 1e-3) & (wo[..., 2] > 1e-3)
     assert np.allclose(m.stored[up], MATERIALS[count].f(wi[up], wo[up]), rtol=1e-9)
-    assert gn.to_dataset(MATERIALS[count], system.name)["values"].shape == system.coarse[count == 4]
+    assert gn.tables.to_dataset(MATERIALS[count], system.name)["values"].shape == system.coarse[count == 4]
 
 
 @each_once
@@ -178,12 +178,14 @@ def test_tabulate_offers_those_that_say_so(system):
     if system.tabulated is None:
         offered = " or ".join(repr(s.name) for s in SYSTEMS.values() if s.tabulated)
         with pytest.raises(ParameterError, match=f"'{system.name}': expected {offered}"):
-            gn.tabulate(ISOTROPIC, system.name)
+            gn.tables.tabulate(ISOTROPIC, system.name)
     else:
-        assert gn.tabulate(ISOTROPIC, system.name, resolution=(8, 8, 12)).parameterization == system.name
+        assert gn.tables.tabulate(ISOTROPIC, system.name, resolution=(8, 8, 12)).parameterization == system.name
 
 
-@pytest.mark.parametrize("call", [gn.to_dataset, gn.repair.resample, gn.tabulate], ids=lambda c: c.__name__)
+@pytest.mark.parametrize(
+    "call", [gn.tables.to_dataset, gn.repair.resample, gn.tables.tabulate], ids=lambda c: c.__name__
+)
 def test_another_name_is_refused_with_those_there_are(call):
     with pytest.raises(ParameterError, match=", ".join(map(repr, SYSTEMS))):
         call(ISOTROPIC, "elliptic")

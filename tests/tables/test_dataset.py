@@ -67,7 +67,7 @@ def kept(a, b):
 
 @pytest.mark.parametrize("m", MEASUREMENTS, ids=repr)
 def test_nothing_is_lost(m, tmp_path):
-    again = gn.from_dataset(gn.to_dataset(m))
+    again = gn.tables.from_dataset(gn.tables.to_dataset(m))
     kept(m, again)
     np.testing.assert_array_equal(again.f(WI, WO), m.f(WI, WO))
     for name in ("a.nc4", "a.zip", "a.zarr"):
@@ -81,7 +81,7 @@ def test_nothing_is_lost(m, tmp_path):
 
 
 def test_what_a_dataset_says():
-    ds = gn.to_dataset(small_grid())
+    ds = gn.tables.to_dataset(small_grid())
     assert ds.attrs["Conventions"] == "CF-1.11"
     assert ds.attrs["gonio_schema"] == dataset_layout.VERSION
     assert ds["values"].dims == ("theta_h", "theta_d", "phi_d", "channel")
@@ -89,11 +89,11 @@ def test_what_a_dataset_says():
     assert ds["theta_h"].attrs["units"] == "rad"
     assert not ds["valid"].values[2, 1, 3].any()
     assert ds["valid"].values.sum() == 48 - 2
-    ds = gn.to_dataset(small_rows(quantity="reflectance factor"))
+    ds = gn.tables.to_dataset(small_rows(quantity="reflectance factor"))
     assert ds["values"].dims == ("measurement", "wavelength")
     assert ds["values"].attrs["units"] == "1"
     assert ds["wavelength"].attrs["units"] == "nm"
-    xarray.testing.assert_identical(small_grid().data.drop_attrs(), gn.to_dataset(small_grid()).drop_attrs())
+    xarray.testing.assert_identical(small_grid().data.drop_attrs(), gn.tables.to_dataset(small_grid()).drop_attrs())
 
 
 def test_provenance_is_that_of_the_first_file(tmp_path):
@@ -112,21 +112,21 @@ def test_provenance_is_that_of_the_first_file(tmp_path):
 
 def test_units_and_order_are_those_the_dataset_names():
     m = MEASUREMENTS[1]
-    ds = gn.to_dataset(m).transpose("phi", "theta_o", "theta_i")
+    ds = gn.tables.to_dataset(m).transpose("phi", "theta_o", "theta_i")
     for name in ("theta_i", "theta_o", "phi"):
         ds[name] = ds[name].copy(data=np.degrees(ds[name])).assign_attrs(units="degree")
-    again = gn.from_dataset(ds)
+    again = gn.tables.from_dataset(ds)
     np.testing.assert_allclose(again.axes["theta_i"], m.axes["theta_i"], rtol=1e-15)
     np.testing.assert_array_equal(again.stored, m.stored)
-    rows = gn.to_dataset(small_rows())
+    rows = gn.tables.to_dataset(small_rows())
     rows["wavelength"] = rows["wavelength"].copy(data=[0.45, 0.6335]).assign_attrs(units="um")
-    assert gn.from_dataset(rows).channel_names == pytest.approx((450.0, 633.5))
+    assert gn.tables.from_dataset(rows).channel_names == pytest.approx((450.0, 633.5))
 
 
 def test_where_valid_is_false_there_is_no_value():
-    ds = gn.to_dataset(MEASUREMENTS[1])
+    ds = gn.tables.to_dataset(MEASUREMENTS[1])
     ds["valid"] = ds["valid"] & (ds["theta_i"] > 0.0)
-    m = gn.from_dataset(ds)
+    m = gn.tables.from_dataset(ds)
     assert np.isnan(m.stored[0]).all()
     assert np.isfinite(m.stored[1:]).all()
 
@@ -143,13 +143,13 @@ def test_models_are_put_on_a_grid(tmp_path):
     with pytest.raises(ParameterError, match="perfect mirror"):
         gn.save(gn.IdealSpecular(0.9), tmp_path / "m.nc")
     with pytest.raises(ParameterError, match="maps"):
-        gn.to_dataset(gn.Lambertian(np.full((2, 2, 3), 0.5)))
+        gn.tables.to_dataset(gn.Lambertian(np.full((2, 2, 3), 0.5)))
     with pytest.raises(ParameterError, match="resolution"):
-        gn.to_dataset(m, resolution=(5, 5))
+        gn.tables.to_dataset(m, resolution=(5, 5))
 
 
 def broken(change):
-    ds = gn.to_dataset(small_grid())
+    ds = gn.tables.to_dataset(small_grid())
     change(ds)
     return ds
 
@@ -173,7 +173,7 @@ def broken(change):
 )
 def test_a_wrong_dataset_says_what_is_wrong(change, words):
     with pytest.raises(FormatError, match=words):
-        gn.from_dataset(broken(change))
+        gn.tables.from_dataset(broken(change))
 
 
 def test_things_that_cannot_be_kept_are_refused(tmp_path):
@@ -289,12 +289,14 @@ def test_merl_is_kept_as_it_is(suffix, tmp_path):
     for i in range(90):
         waves = np.cos(0.03 * (c + 1) * i) + np.cos(0.03 * (c + 2) * j) + np.cos(0.03 * (c + 3) * k)
         raw[:, i] = 50.0 * (c + 2.0 + waves / 2.0)
-        wi, wo = gn.from_half_difference(*(np.radians(x) for x in ((i + 0.5) ** 2 / 90.0, 0.0, j[0] + 0.5, k[0] + 0.5)))
+        wi, wo = gn.directions.from_half_difference(
+            *(np.radians(x) for x in ((i + 0.5) ** 2 / 90.0, 0.0, j[0] + 0.5, k[0] + 0.5))
+        )
         raw[:, i, np.minimum(wi[..., 2], wo[..., 2]) < 1e-6] = -1.0
     raw[:, 40, 20, 30] = -1.0
     m = MERL(raw)
     u = np.random.default_rng(1).random((4, 5000)) * np.array([[1.5], [6.2], [1.5], [6.2]])
-    f, coarse = m.f_angles(*u), gn.to_dataset(m, resolution=(5, 4, 3))
+    f, coarse = m.f_angles(*u), gn.tables.to_dataset(m, resolution=(5, 4, 3))
     del m  # and what it looked up
     gn.save(MERL(raw), tmp_path / f"m{suffix}")
     again = gn.load(tmp_path / f"m{suffix}")
@@ -305,7 +307,7 @@ def test_merl_is_kept_as_it_is(suffix, tmp_path):
     for i in range(90):
         np.testing.assert_allclose(found[:, i], raw[:, i], rtol=1e-13)
     assert coarse["values"].shape == (5, 4, 3, 3)
-    again = gn.to_dataset(gn.from_dataset(coarse), "angles", resolution=(3, 4, 5))
+    again = gn.tables.to_dataset(gn.tables.from_dataset(coarse), "angles", resolution=(3, 4, 5))
     assert again["values"].dims[:3] == ("theta_i", "theta_o", "phi")
 
 
@@ -441,7 +443,7 @@ def test_the_page_names_everything_that_a_dataset_holds():
     page = PAGE.read_text(encoding="utf-8")
     names = set()
     for m in MEASUREMENTS:
-        ds = gn.to_dataset(m)
+        ds = gn.tables.to_dataset(m)
         names |= {str(n) for n in (*ds.variables, *ds.dims, *ds.attrs)}
     missing = sorted(name for name in names if f"`{name}`" not in page)
     assert not missing
@@ -449,7 +451,7 @@ def test_the_page_names_everything_that_a_dataset_holds():
 
 @pytest.fixture(scope="module")
 def gold():
-    return gn.tabulate(GOLD, resolution=(5, 4, 6))
+    return gn.tables.tabulate(GOLD, resolution=(5, 4, 6))
 
 
 @pytest.mark.parametrize("name", ["a.nc", "a.zip"])
@@ -460,4 +462,4 @@ def test_a_tabulated_material_is_kept(name, gold, tmp_path):
     np.testing.assert_array_equal(again.stored, m.stored)
     assert again.channel_names == ("R", "G", "B") and again.periods == m.periods
     assert again.about["made_of"] == m.about["made_of"]
-    np.testing.assert_array_equal(gn.to_dataset(m)["values"], m.stored)
+    np.testing.assert_array_equal(gn.tables.to_dataset(m)["values"], m.stored)

@@ -209,7 +209,7 @@ def test_sampling(name, count, samples):
 
 
 def test_little_is_drawn_beside_the_lobe():
-    m = gn.tabulate(gn.Microfacet(gn.GGX(0.2)), "half_difference", resolution=(45, 20, 12))
+    m = gn.tables.tabulate(gn.Microfacet(gn.GGX(0.2)), "half_difference", resolution=(45, 20, 12))
     s = m.sample(np.broadcast_to(gn.direction(0.7, 0.4), (1 << 14, 3)), lattice(1 << 14))
     weight = np.where(s.pdf > 0.0, s.weight, 0.0)
     assert weight.std() < 0.35 * weight.mean()

@@ -204,10 +204,10 @@ def _load(suffix: str, content: bytes) -> Call:
 
 @task("source")
 def _source() -> Call:
-    from gonio.bridges.source import source
+    from gonio.bridges.source import shader_source
 
     m = metal()
-    return lambda: source(m, "glsl")
+    return lambda: shader_source(m, "glsl")
 
 
 @task("report of a formula, as numbers")
@@ -298,7 +298,7 @@ def serve() -> None:
     import gonio as gn
 
     print(sum(name.partition(".")[0] == "gonio" for name in sys.modules), flush=True)
-    gn.threads(1)
+    gn.engine.threads(1)
     for line in sys.stdin:
         prepare, _ = TASKS[line.strip()]
         print(json.dumps(apart(lambda prepare=prepare: counted_task(prepare))), flush=True)

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import inspect
 import re
-import types
 import warnings
 from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
+import face
 import house
 import numpy as np
 
@@ -65,8 +65,8 @@ OF_ALL_CHANNELS = {
     "reradiation": "goes from each channel to each",
 }
 OF_ALL_DIRECTIONS = {
-    "fit_map": "one fit for all directions",
-    "fit_map_chunks": "one fit for all directions",
+    "fitting.fit_map": "one fit for all directions",
+    "fitting.fit_map_chunks": "one fit for all directions",
     "gonioreflectometer": "a measurement of a surface by rays",
 }
 
@@ -96,16 +96,6 @@ class Call(NamedTuple):
         return f"{self.owner}.{self.name}({'m, ' if self.owner == 'gn' else ''}{named})"
 
 
-def public() -> Iterator[tuple[str, Any]]:
-    for name in gn.__all__:
-        thing = getattr(gn, name)
-        if isinstance(thing, types.ModuleType):
-            inner = {k: v for k, v in vars(thing).items() if not k.startswith("_") and inspect.isfunction(v)}
-            yield from ((f"{name}.{k}", v) for k, v in inner.items() if v.__module__.startswith(thing.__name__))
-        elif inspect.isfunction(thing):
-            yield name, thing
-
-
 def _methods() -> Iterator[tuple[str, Any]]:
     kinds = [kind for m in vars(house).values() if isinstance(m, gn.Reflectance) for kind in type(m).__mro__]
     for kind in dict.fromkeys(kinds):
@@ -116,7 +106,7 @@ def directed() -> dict[str, tuple[str, dict[str, inspect.Parameter]]]:
     """The functions and methods that take a material and directions, or integrate over these: owner and parameters.
     What is called by kernels takes a `Direction`, and figures and files have a `path`."""
     found = {}
-    for owner, functions in (("gn", public()), ("m", _methods())):
+    for owner, functions in (("gn", face.functions().items()), ("m", _methods())):
         for name, function in functions:
             parameters = dict(list(inspect.signature(function).parameters.items())[owner == "m" :])
             kinds = {str(p.annotation) for p in parameters.values()}

@@ -41,7 +41,7 @@ def _mesh(name: str, path: Path) -> Callable[[int], str]:
 
     def trial(number: int) -> str:
         place.write_bytes(data := mutated(seed, number))
-        return outcome_of(lambda: gn.Mesh(place), len(data), times=30)
+        return outcome_of(lambda: gn.scenes.Mesh(place), len(data), times=30)
 
     return trial
 
@@ -59,9 +59,9 @@ def _whole_merl(path: Path) -> Callable[[int], str]:
 
 
 def _measurement(path: Path) -> Callable[[int], str]:
-    seeds = [gn.to_dataset(small_grid()), gn.to_dataset(small_rows())]
+    seeds = [gn.tables.to_dataset(small_grid()), gn.tables.to_dataset(small_rows())]
     return lambda number: outcome_of(
-        lambda: gn.from_dataset(mutated_dataset(seeds[number % 2], number)), 1 << 16, evaluate=number % 16 < 2
+        lambda: gn.tables.from_dataset(mutated_dataset(seeds[number % 2], number)), 1 << 16, evaluate=number % 16 < 2
     )
 
 
@@ -84,7 +84,7 @@ def _picture(name: str, path: Path) -> Callable[[int], str]:
     def read(path: Path) -> object:
         if name in GRAYS:
             return read_gray(path, MOST)
-        return gn.read_image(path, layer="albedo" if "OpenEXR" in name else None)
+        return gn.scenes.load_image(path, layer="albedo" if "OpenEXR" in name else None)
 
     return trial
 

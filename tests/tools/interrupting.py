@@ -90,9 +90,9 @@ def works(folder: Path) -> dict[str, Callable[[], Any]]:
     light = gn.EnvironmentLight.studio(height=16)
     corners = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
     sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    boxes = gn.Scene([gn.Mesh((corners + 2.0 * k, sides), gn.Lambertian(0.5), 1.0) for k in range(2)])
+    boxes = gn.Scene([gn.scenes.Mesh((corners + 2.0 * k, sides), gn.Lambertian(0.5), 1.0) for k in range(2)])
     rows = few, few[::-1], gn.OrenNayar(0.5, 0.3).f(few, few[::-1])
-    small = gn.tabulate(m, resolution=(4, 4, 6), anisotropic=False)
+    small = gn.tables.tabulate(m, resolution=(4, 4, 6), anisotropic=False)
 
     def into() -> Any:
         out[:] = -1.0
@@ -119,7 +119,7 @@ def works(folder: Path) -> dict[str, Callable[[], Any]]:
         "jacobian": lambda: m.jacobian(wi[:40_000], wo[:40_000]).f,
         "albedo": lambda: gn.albedo(m, few),
         "render": lambda: gn.render(m, light, size=24, samples=8).pixels,
-        "radiosity": lambda: gn.radiosity(boxes, 60, "rays", tolerance=0.2).radiosity,
+        "radiosity": lambda: gn.scenes.radiosity(boxes, 60, "rays", tolerance=0.2).radiosity,
         "fit": lambda: gn.fit(rows, gn.OrenNayar()).model.rho,
         "compile": anew,
     }
@@ -144,7 +144,7 @@ def busy(tid: int) -> int:
 
 
 def campaign(count: int, seed: int, threads: int) -> dict[str, Any]:
-    gn.threads(threads)
+    gn.engine.threads(threads)
     ignored: list[str] = []
     sys.unraisablehook = lambda info: ignored.append(f"{info.exc_type.__name__} in {info.object!r:.80}")
     wrong: collections.Counter[str] = collections.Counter()

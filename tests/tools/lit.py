@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 import house
 import numpy as np
-from directed import Refused, numbers, public
+from directed import Refused, numbers
+from face import functions
 
 import gonio as gn
 
@@ -21,18 +22,20 @@ LIGHTS = re.compile(r"lights?|sky")
 
 CALLS = {
     "irradiance": "gn.irradiance(lights, normal=n)",
-    "picture_jacobian": "[x.pixels for x in gn.picture_jacobian(m, lights, '0.rho', size=6, samples=4)[1].values()]",
+    "scenes.picture_jacobian": "[x.pixels for x in "
+    "gn.scenes.picture_jacobian(m, lights, '0.rho', size=6, samples=4)[1].values()]",
     "reflected_radiance": "gn.reflected_radiance(m, lights, n)",
     "render": "gn.render(m, lights, size=6, samples=4).pixels",
-    "render_stokes": "gn.render_stokes(m, lights, size=6, samples=4).pixels",
-    "turntable": "[x.pixels for x in gn.turntable(m, None, lights, frames=2, size=4, samples=4)]",
+    "scenes.render_stokes": "gn.scenes.render_stokes(m, lights, size=6, samples=4).pixels",
+    "scenes.write_turntable": "[x.pixels for x in "
+    "gn.scenes.write_turntable(m, None, lights, frames=2, size=4, samples=4)]",
 }
 """Functions whose results go with the light, as Python."""
 
 _IMAGES = "k * np.full((3, 5), 0.05), [gn.TurnedLight(lights[0], angle) for angle in (0.0, 2.0, 4.0)]"
 RATIOS = {
-    "observations": f"gn.observations({_IMAGES}, n[2], normal=n, position=0.0 * n).f",
-    "photometric_stereo": f"gn.photometric_stereo({_IMAGES}, position=0.0 * n).albedo",
+    "reconstruction.texel_data": f"gn.reconstruction.texel_data({_IMAGES}, n[2], normal=n, position=0.0 * n).f",
+    "reconstruction.photometric_stereo": f"gn.reconstruction.photometric_stereo({_IMAGES}, position=0.0 * n).albedo",
     "reflectance": "gn.reflectance(m, sky=lights, tolerance=1e-2)",
     "reflectance_factor": "gn.reflectance_factor(m, collected=n, sky=lights, tolerance=1e-2)",
 }
@@ -42,7 +45,7 @@ LEFT_OUT = {
     "figures.gallery": "a drawing of what `render` gives",
     "figures.overview": "a drawing of what `render` gives",
     "figures.portrait": "a drawing of what `render` gives",
-    "radiosity": "what emits in a scene is its light, and there is no other",
+    "scenes.radiosity": "what emits in a scene is its light, and there is no other",
     "write_report": "a page",
 }
 
@@ -65,7 +68,7 @@ MATERIALS = {
 
 def lit() -> set[str]:
     """The functions that take lights."""
-    return {name for name, f in public() if any(map(LIGHTS.fullmatch, inspect.signature(f).parameters))}
+    return {name for name, f in functions().items() if any(map(LIGHTS.fullmatch, inspect.signature(f).parameters))}
 
 
 def made() -> dict[str, str]:

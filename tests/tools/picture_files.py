@@ -85,7 +85,7 @@ def _chroma() -> bytes:
 
 def _radiance() -> bytes:
     with TemporaryDirectory() as folder:
-        gn.Image(CODES / 65535.0).save(Path(folder) / "a.hdr")
+        gn.scenes.Image(CODES / 65535.0).save(Path(folder) / "a.hdr")
         return (Path(folder) / "a.hdr").read_bytes()
 
 
@@ -106,7 +106,7 @@ PICTURES: dict[str, Callable[[], bytes]] = {
     "picture PNG profile": lambda: png(CODES, icc(profile(b"curv" + bytes(8), SRGB_D50))),
     "picture JPEG": lambda: _pillow((CODES >> 8).astype(np.uint8), "JPEG", exif=EXIF),
 }
-"""What `gn.read_image` reads; of OpenEXR the layer `albedo`."""
+"""What `gn.scenes.load_image` reads; of OpenEXR the layer `albedo`."""
 
 GRAYS: dict[str, Callable[[], bytes]] = {
     "height map PNG": lambda: _pillow(HEIGHTS, "PNG"),

@@ -12,7 +12,8 @@ import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
-from directed import Refused, numbers, public
+from directed import Refused, numbers
+from face import functions
 from lit import MATERIALS, made
 
 import gonio as gn
@@ -21,9 +22,11 @@ PLACES = re.compile(r"scene|shape|surface|position|camera")
 """Names of arguments that are, or hold, places: a public function with one is in the sweep."""
 
 _FACES = "[[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]"
-_CUBES = f"gn.Scene([gn.Mesh((at(x * cube + y), {_FACES})) for x, y in ((1.0, 0.0), (0.3, [0.8, -0.5, 0.8]))])"
-_PICTURE = f"shape={_CUBES}, size=8, samples=4, camera=gn.Camera(at([1.5, -4.0, 1.5]), target=at([0.0, 0.0, 0.0]))"
-_ROOM = f"[gn.Mesh((at(cube), [f[::-1]]), gn.Lambertian(0.5), M) for M, f in enumerate({_FACES})]"
+_CUBES = f"gn.Scene([gn.scenes.Mesh((at(x * cube + y), {_FACES})) for x, y in ((1.0, 0.0), (0.3, [0.8, -0.5, 0.8]))])"
+_PICTURE = (
+    f"shape={_CUBES}, size=8, samples=4, camera=gn.scenes.Camera(at([1.5, -4.0, 1.5]), target=at([0.0, 0.0, 0.0]))"
+)
+_ROOM = f"[gn.scenes.Mesh((at(cube), [f[::-1]]), gn.Lambertian(0.5), M) for M, f in enumerate({_FACES})]"
 _ALL = "(lambda x: (x.radiosity, x.irradiance, x.balance, x.escaped))"
 _HEIGHTS = "at(np.random.default_rng(1).random((16, 16, 1)) * [0.0, 0.0, 1.0])[..., 2]"
 _SURFACE = f"gn.surfaces.HeightField({_HEIGHTS}, (size, size))"
@@ -31,19 +34,21 @@ _SURFACE = f"gn.surfaces.HeightField({_HEIGHTS}, (size, size))"
 CALLS = {
     "gonioreflectometer": f"gn.gonioreflectometer({_SURFACE}, 0.5, 0.3, 0.0, (6, 8), 1.0, rays=1024).stored",
     "irradiance": "gn.irradiance(lit(a), at(p), to(n))",
-    "observations": "gn.observations([0.05 + 0.0 * p[:, 0]], lit(a), to(n), normal=to(n), position=at(p)).f",
-    "photometric_stereo": "(lambda x: (x.albedo, x.normal @ R(-angle)))(gn.photometric_stereo("
+    "reconstruction.texel_data": "gn.reconstruction.texel_data("
+    "[0.05 + 0.0 * p[:, 0]], lit(a), to(n), normal=to(n), position=at(p)).f",
+    "reconstruction.photometric_stereo": "(lambda x: (x.albedo, x.normal @ R(-angle)))("
+    "gn.reconstruction.photometric_stereo("
     "np.full((3, 5), 0.05), [lit(gn.TurnedLight(a, t)) for t in (0.0, 2.0, 4.0)], position=at(p)))",
-    "picture_jacobian": f"gn.picture_jacobian(m, lit(a), '0.rho', {_PICTURE})[1]['0.rho'].pixels",
-    "radiosity": f"{_ALL}(gn.radiosity(gn.Scene({_ROOM}), 36, 'rays', tolerance=0.05))",
-    "radiosity by all pairs": f"{_ALL}(gn.radiosity(gn.Scene({_ROOM}), 12, 'dense', tolerance=0.05))",
+    "scenes.picture_jacobian": f"gn.scenes.picture_jacobian(m, lit(a), '0.rho', {_PICTURE})[1]['0.rho'].pixels",
+    "scenes.radiosity": f"{_ALL}(gn.scenes.radiosity(gn.Scene({_ROOM}), 36, 'rays', tolerance=0.05))",
+    "radiosity by all pairs": f"{_ALL}(gn.scenes.radiosity(gn.Scene({_ROOM}), 12, 'dense', tolerance=0.05))",
     "reflected_radiance": "gn.reflected_radiance(m, lit(a), to(n), to([0.0, 0.0, 1.0]), to([0.6, 0.8, 0.0]), at(p))",
     "render": f"gn.render(m, lit(a), {_PICTURE}).pixels",
-    "turntable": f"[x.pixels for x in gn.turntable(m, None, lit(a), 2, {_PICTURE})]",
+    "scenes.write_turntable": f"[x.pixels for x in gn.scenes.write_turntable(m, None, lit(a), 2, {_PICTURE})]",
 }
 """Functions, and ways of them, as Python."""
 
-LEFT_OUT = {"render_stokes": "its shapes are named, and stand at the origin"}
+LEFT_OUT = {"scenes.render_stokes": "its shapes are named, and stand at the origin"}
 
 MOTIONS = {
     "shifted": "0.0, [1e7, -7e6, 3e6], 1.0",
@@ -55,16 +60,16 @@ MOTIONS = {
 
 ONLY = {
     "gonioreflectometer": ("shifted", "small", "large"),
-    "radiosity": tuple(MOTIONS),
+    "scenes.radiosity": tuple(MOTIONS),
     "radiosity by all pairs": tuple(MOTIONS),
-    "turntable": ("turned",),  # about the axis of the world through 0, 0, 0
+    "scenes.write_turntable": ("turned",),  # about the axis of the world through 0, 0, 0
 }
 """How the world of a call may be moved, if not as others: lights have lengths in them, a surface its axes."""
 
 
 def placed() -> set[str]:
     """The functions that take places."""
-    return {name for name, f in public() if any(map(PLACES.fullmatch, inspect.signature(f).parameters))}
+    return {name for name, f in functions().items() if any(map(PLACES.fullmatch, inspect.signature(f).parameters))}
 
 
 class Placed(NamedTuple):

@@ -27,10 +27,12 @@ from pathlib import Path
 from random import Random
 from typing import Any, NamedTuple
 
+import face
 import numpy as np
 import xarray
 
 import gonio as gn
+from gonio.base.light import Light
 from gonio.formula.state import derived
 
 LONGEST = 60
@@ -63,9 +65,10 @@ LIGHTS = (
 
 
 INTEGRALS = {
-    *("albedo", "black_sky_albedo", "white_sky_albedo", "blue_sky_albedo", "reflectance", "reflectance_factor"),
-    *("reflected_radiance", "check", "with_uncertainty", "convert", "tabulate", "render"),
-    *("turntable", "write_report"),
+    *(f"remote_sensing.{name}_sky_albedo" for name in ("black", "blue", "white")),
+    *("albedo", "reflectance", "reflectance_factor"),
+    *("reflected_radiance", "check", "with_uncertainty", "convert", "tables.tabulate", "render"),
+    *("scenes.write_turntable", "write_report"),
     *(f"figures.{name}" for name in ("albedo", "fate", "laws", "overview", "portrait", "polar", "slices", "gallery")),
     *("figures.half_difference", "figures.difference", "figures.fit"),
 }
@@ -97,19 +100,18 @@ def _of(**values: Any) -> dict[str, Any]:
 
 
 @cache
-def _made(names: tuple[str, ...]) -> dict[str, Any]:
-    made = {}
-    for name in names:
-        kind = getattr(gn, name)
-        if isinstance(kind, type) and not issubclass(kind, Exception):
+def _made(places: tuple[str, ...]) -> dict[str, Any]:
+    made, classes = {}, face.classes()
+    for place in places:
+        if place in classes and not issubclass(classes[place], Exception):
             with suppress(Exception):  # those that need arguments
-                made[name] = kind()
+                made[place] = classes[place]()
     return made
 
 
 def public() -> dict[str, Any]:
     """An instance of every public class that can be made without arguments."""
-    return _made(tuple(gn.__all__))
+    return _made(tuple(face.public()))
 
 
 @cache
@@ -132,10 +134,10 @@ def held() -> dict[str, Any]:
         "gold": gn.material("gold"),
         "grid": grid,
         "rows": gn.Scattered(0.1, 0.0, np.linspace(0.0, 1.2, 30), np.linspace(0.0, 3.0, 30), np.full(30, 0.3)),
-        "image": gn.Image(np.full((4, 8, 3), 0.5, np.float32)),
+        "image": gn.scenes.Image(np.full((4, 8, 3), 0.5, np.float32)),
         "cone": gn.Cone([0.0, 0.0, 1.0], 0.2),
         "sun": gn.DistantLight([0.0, 0.3, 1.0], [3.0, 2.0, 1.0]),
-        "dataset": gn.to_dataset(grid),
+        "dataset": gn.tables.to_dataset(grid),
         "quoted": gn.with_uncertainty(gn.albedo, grid, [0.0, 0.0, 1.0], correlation="independent"),
         "report": gn.check(gn.Lambertian(0.5), laws=["positivity"]),
         "jacobian": gn.Lambertian(0.5).jacobian(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0])),
@@ -146,17 +148,9 @@ def objects() -> dict[str, Any]:
     return public() | held()
 
 
-def _public(module: types.ModuleType) -> Iterator[tuple[str, Any]]:
-    """The public functions and classes of a module that are its own."""
-    for name, thing in sorted(vars(module).items()):
-        home = str(getattr(thing, "__module__", ""))
-        if not name.startswith("_") and callable(thing) and home.startswith(module.__name__):
-            yield name, thing
-
-
 def _is_formula(kind: type, name: str, attribute: Any) -> bool:
     """Whether a method is written by models and lights, and called by kernels and integrals."""
-    if issubclass(kind, gn.lights.Light):
+    if issubclass(kind, Light):
         return name in LIGHTS
     names = getattr(attribute, "__annotations__", {}).values()
     return inspect.isfunction(attribute) and (kind.__module__.startswith(FORMULAS) or "Direction" in names)
@@ -174,24 +168,19 @@ def _target(name: str, call: Any, owner: type | None = None) -> Target | None:
 
 def targets() -> tuple[Target, ...]:
     """Everything public, by introspection."""
-    return _targets(tuple(gn.__all__))
+    return _targets(tuple(face.public()))
 
 
 @cache
-def _targets(names: tuple[str, ...]) -> tuple[Target, ...]:
+def _targets(places: tuple[str, ...]) -> tuple[Target, ...]:
     found: dict[str, Target | None] = {}
-    for name in names:
-        thing = getattr(gn, name)
+    public = face.public()
+    for place in places:
+        thing = public[place]
         if isinstance(thing, types.ModuleType):
-            if thing is gn.errors:  # classes, and the words of messages
-                continue
-            if callable(thing):
-                found[name] = Target(name, thing.__call__, None, ())
-                continue
-            for inner, function in _public(thing):
-                found[f"{name}.{inner}"] = _target(f"{name}.{inner}", function)
+            found[place] = Target(place, thing.__call__, None, ())
         elif callable(thing) and not (isinstance(thing, type) and issubclass(thing, tuple)):  # results are plain tuples
-            found[name] = _target(name, thing)
+            found[place] = _target(place, thing)
     for thing in list(objects().values()):
         if not type(thing).__module__.startswith("gonio"):
             continue
@@ -524,7 +513,7 @@ def limited(seconds: float = LONGEST) -> Iterator[None]:
 
 def outcome(call: Call) -> str:
     """What a call comes to: "" if it was carried out, "refused" by a gonio.Error, else what came out, and where."""
-    threads = gn.threads()
+    threads = gn.engine.threads()
     with warnings.catch_warnings(record=True) as heard, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         warnings.simplefilter("always")
         try:
@@ -543,7 +532,7 @@ def outcome(call: Call) -> str:
         except Exception as error:
             return "" if "no repr" in str(error) else _finding(error)  # of a NamedTuple that holds the hostile object
         finally:
-            gn.threads(threads)
+            gn.engine.threads(threads)
     foreign = [w for w in heard if not w.category.__module__.startswith("gonio") and w.category is not UserWarning]
     return f"{foreign[0].category.__name__}: {str(foreign[0].message)[:100]} {_line(foreign[0])}" if foreign else ""
 

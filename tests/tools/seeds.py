@@ -147,7 +147,7 @@ def zarr3() -> bytes:
         folder = Path(made) / "m.zarr"
         grid = small_grid()
         m = gn.Gridded("half_difference", grid.axes, grid.stored, channels=[450.0, 650.0])
-        gn.to_dataset(m).to_zarr(folder, zarr_format=3, consolidated=False)
+        gn.tables.to_dataset(m).to_zarr(folder, zarr_format=3, consolidated=False)
         packed = io.BytesIO()
         with ZipFile(packed, "w") as file:
             for path in sorted(p for p in folder.rglob("*") if p.is_file()):

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import gonio as gn
-from gonio.bridges.source import Source
+from gonio.bridges.source import ShaderSource
 from gonio.facts.models import drawn, kinds
 
 PAIRS = 192
@@ -37,7 +37,7 @@ class Case(NamedTuple):
     """A text with what its functions should give."""
 
     material: Any
-    source: Source
+    source: ShaderSource
     calls: list[Call]
 
 
@@ -57,10 +57,12 @@ def case(
     m: Any, language: str, functions: Sequence[str], name: str, parameters: str = "constants", seed: int = 0
 ) -> Case:
     """The text of a material in a language, with what gonio gives for its functions."""
-    source = gn.source(m, language, tuple(functions), name, parameters)
+    source = gn.engine.shader_source(m, language, tuple(functions), name, parameters)
     names = {}
     if "jacobian" in functions:
-        arguments = source.arguments or gn.source(m, language, tuple(functions), name, "arguments").arguments
+        arguments = (
+            source.arguments or gn.engine.shader_source(m, language, tuple(functions), name, "arguments").arguments
+        )
         names = {a.path: a.name for a in arguments}
     at = directions(m, seed)
     return Case(m, source, [call(m, word, at, names) for word in functions])

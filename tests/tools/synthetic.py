@@ -116,7 +116,7 @@ def results(number: int, made: Synthetic, sky: bool = True, angles: int = 3) -> 
     sides = [gn.direction(np.radians(75.0) * np.sqrt(rng.random(8)), 2.0 * math.pi * rng.random(8)) for _ in range(2)]
     yield _result("albedo", gn.albedo, made, wi)
     if sky:
-        yield _result("white-sky albedo", gn.white_sky_albedo, made)
+        yield _result("white-sky albedo", gn.remote_sensing.white_sky_albedo, made)
     yield _result("f", gn.Reflectance.f, made, *sides)
 
 

@@ -81,8 +81,8 @@ def test_albedo_with_independent_errors():
     ("function", "args", "rho"),
     [
         (gn.albedo, (WI,), RHO),
-        (gn.black_sky_albedo, (0.5,), RHO),
-        (gn.white_sky_albedo, (), RHO),
+        (gn.remote_sensing.black_sky_albedo, (0.5,), RHO),
+        (gn.remote_sensing.white_sky_albedo, (), RHO),
         (gn.reflectance, (gn.Cone([0, 0, 1], 0.4), gn.Cone([0.5, 0, 1], 0.2)), None),
         (gn.reflectance_factor, (gn.Hemisphere(), WI), RHO),
         (gn.reflectance_factor, (WI, gn.Cone([0, 1, 1], 0.3)), RHO),
@@ -172,7 +172,7 @@ def test_coefficients_give_f(layout, holes):
     ("function", "args"),
     [
         (gn.albedo, (WI,)),
-        pytest.param(gn.white_sky_albedo, (), marks=pytest.mark.full),
+        pytest.param(gn.remote_sensing.white_sky_albedo, (), marks=pytest.mark.full),
         (gn.reflectance, (gn.Cone([0, 0, 1], 0.4), gn.Cone([0.5, 0, 1], 0.2))),
         (gn.reflectance_factor, (gn.Cone([0.5, 0, 1], 0.2), WI)),
         (gn.reflectance_factor, (WI, gn.Cone([1, 0, 0.2], 0.5))),
@@ -377,7 +377,7 @@ def test_a_common_error_cancels_in_a_ratio():
     assert (a / b).std_dev == pytest.approx(0.0, abs=1e-8)
     other = quote(gn.albedo, m, gn.direction(1.0, 0.0), correlation="common").ufloat()[0]
     assert (other / a).std_dev < 1e-4
-    blue = 0.8 * a + 0.2 * quote(gn.white_sky_albedo, m, correlation="common").ufloat()[0]
+    blue = 0.8 * a + 0.2 * quote(gn.remote_sensing.white_sky_albedo, m, correlation="common").ufloat()[0]
     assert blue.std_dev == pytest.approx(0.02 * blue.nominal_value, rel=3e-3)
 
 
@@ -456,7 +456,7 @@ def test_no_data_has_no_uncertainty():
         (lambda m: quote(gn.albedo, m, WI, scale=-0.1), "relative standard uncertainty"),
         (lambda m: quote(gn.albedo, m, WI, method="bootstrap"), "'first order' or 'Monte Carlo'"),
         (lambda m: quote(gn.albedo, m, WI, method="Monte Carlo", draws=1), "a whole number from 2"),
-        (lambda m: quote(gn.albedo, gn.Lambertian(0.5), WI), "gn.tabulate"),
+        (lambda m: quote(gn.albedo, gn.Lambertian(0.5), WI), "gn.tables.tabulate"),
         (lambda m: quote(gn.albedo), "got no measurement"),
         (lambda m: gn.with_uncertainty(gn.albedo, m, WI), "no file says how its errors are correlated"),
         (lambda m: quote(repr, m, method="Monte Carlo", draws=2), "expected a number or an array"),

@@ -21,7 +21,7 @@ def instead(value: Any) -> str:
     if isinstance(value, os.PathLike):
         return f"write gn.load({shown(os.fspath(value))})"
     if name in ("Dataset", "DataArray"):
-        return "write gn.from_dataset(ds)"
+        return "write gn.tables.from_dataset(ds)"
     if isinstance(value, (list, tuple)) and any(isinstance(x, Parametrised) for x in value):
         return "one at a time, or their sum: write m1 + m2"
     if callable(value):

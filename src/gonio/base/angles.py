@@ -114,7 +114,9 @@ def check_unit(name: str, w: np.ndarray) -> None:
     if off.any():
         got = w[off][0]
         length = math.sqrt(squares[off].flat[0])
-        cure = "a vector of length 0 has no direction" if length == 0.0 else "divide by it: gonio.normalize(w)"
+        cure = (
+            "a vector of length 0 has no direction" if length == 0.0 else "divide by it: gonio.directions.normalize(w)"
+        )
         raise DirectionError(
             f"{name}: {np.array2string(got, precision=4, separator=', ')} has length {length:.4g}, expected unit "
             f"vectors; {cure}"

@@ -66,7 +66,7 @@ class HalfDifferenceAngles(NamedTuple):
     """Rusinkiewicz' four angles [rad] of pairs of directions.
 
     Example
-    >>> a = gn.half_difference(gn.direction(0.5, 0.0), gn.direction(0.3, np.pi))
+    >>> a = gn.directions.half_difference(gn.direction(0.5, 0.0), gn.direction(0.3, np.pi))
     >>> print(a.theta_h.round(4), a.theta_d.round(4))
     0.1 0.4
     """
@@ -87,7 +87,7 @@ def normalize(w: Any) -> Any:
     Error    rounding.
 
     Example
-    >>> gn.normalize([3.0, 0.0, 4.0])
+    >>> gn.directions.normalize([3.0, 0.0, 4.0])
     array([0.6, 0. , 0.8])
     """
     lib, (w,) = vectors(w=w)
@@ -108,7 +108,7 @@ def to_local(w: Any, normal: Any, tangent: Any = None) -> Any:
     Source   docs/conventions.md; the turned axis: Duff et al. 2017, JCGT 6(1).
 
     Example
-    >>> gn.to_local([1.0, 0.0, 0.0], normal=[1.0, 0.0, 1.0]).round(3)
+    >>> gn.directions.to_local([1.0, 0.0, 0.0], normal=[1.0, 0.0, 1.0]).round(3)
     array([0.707, 0.   , 0.707])
     """
     lib, (w, normal, tangent) = vectors(w=w, normal=normal, tangent=tangent)
@@ -128,7 +128,7 @@ def to_world(w: Any, normal: Any, tangent: Any = None) -> Any:
     Source   docs/conventions.md.
 
     Example
-    >>> gn.to_world([0.0, 0.0, 1.0], normal=[0.0, 3.0, 4.0])
+    >>> gn.directions.to_world([0.0, 0.0, 1.0], normal=[0.0, 3.0, 4.0])
     array([0. , 0.6, 0.8])
     """
     lib, (w, normal, tangent) = vectors(w=w, normal=normal, tangent=tangent)
@@ -147,7 +147,7 @@ def reflect(w: Any, wm: Any) -> Any:
     Source   definition.
 
     Example
-    >>> gn.reflect([0.6, 0.0, 0.8], [0.0, 0.0, 1.0])
+    >>> gn.directions.reflect([0.6, 0.0, 0.8], [0.0, 0.0, 1.0])
     array([-0.6,  0. ,  0.8])
     """
     lib, (w, wm) = vectors(w=w, wm=wm)
@@ -168,7 +168,7 @@ def refract(w: Any, wm: Any, eta: Any) -> Any:
     Source   Snell's law in vector form.
 
     Example
-    >>> w = gn.refract(gn.direction(np.pi / 3, 0.0), [0.0, 0.0, 1.0], eta=1.5)
+    >>> w = gn.directions.refract(gn.direction(np.pi / 3, 0.0), [0.0, 0.0, 1.0], eta=1.5)
     >>> print(f"{np.degrees(gn.angles(-w)[0]):.2f}")  # sin 60° = 1.5 sin 35.26°
     35.26
     """
@@ -206,7 +206,7 @@ def half_difference(wi: Any, wo: Any) -> HalfDifferenceAngles:
     Source   Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation", EGSR.
 
     Example
-    >>> a = gn.half_difference(gn.direction(0.5, 0.0), gn.direction(0.3, np.pi))
+    >>> a = gn.directions.half_difference(gn.direction(0.5, 0.0), gn.direction(0.3, np.pi))
     >>> print(f"theta_h {a.theta_h:.3f}, theta_d {a.theta_d:.3f}, phi_d {abs(a.phi_d):.3f}")
     theta_h 0.100, theta_d 0.400, phi_d 0.000
     """
@@ -233,7 +233,7 @@ def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> 
     Source   Rusinkiewicz 1998.
 
     Example
-    >>> wi, wo = gn.from_half_difference(theta_h=0.1, phi_h=0.0, theta_d=0.4, phi_d=0.0)
+    >>> wi, wo = gn.directions.from_half_difference(theta_h=0.1, phi_h=0.0, theta_d=0.4, phi_d=0.0)
     >>> print(f"{gn.angles(wi)[0]:.3f} {gn.angles(wo)[0]:.3f}")
     0.500 0.300
     """

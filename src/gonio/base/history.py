@@ -24,7 +24,7 @@ class Repair(NamedTuple):
     figures        further numbers, by name, which the operation's documentation explains
 
     Example
-    >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
+    >>> m = gn.repair.remove_negatives(gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
     >>> print(m.repairs[0].operation, m.repairs[0].cells)
     remove_negatives 0
     """
@@ -44,7 +44,7 @@ class Repair(NamedTuple):
         """As JSON data, for `m.about["repairs"]` and files. NaN becomes None.
 
         Example
-        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
+        >>> m = gn.repair.remove_negatives(gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
         >>> print(m.repairs[0].to_json()["operation"])
         remove_negatives
         """
@@ -57,7 +57,7 @@ class Repair(NamedTuple):
         """The record that `to_json` wrote. Raises FormatError where it is none.
 
         Example
-        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
+        >>> m = gn.repair.remove_negatives(gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
         >>> record = type(m.repairs[0]).from_json(m.repairs[0].to_json())
         >>> print(record == m.repairs[0])
         True

@@ -351,7 +351,7 @@ class Light(Parametrised):
         """Whether some number is a spectrum.
 
         Example
-        >>> print(gn.ConstantLight(gn.illuminant("D65")).has_spectra)
+        >>> print(gn.ConstantLight(gn.spectra.illuminant("D65")).has_spectra)
         True
         """
         return self._facts[2]

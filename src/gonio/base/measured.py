@@ -59,7 +59,7 @@ class Measured(Reflectance):
     about     the file's notes on itself, name -> value
 
     Example
-    >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+    >>> m = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
     >>> print(m.quantity, m.valid.all())
     brdf True
     """
@@ -68,7 +68,7 @@ class Measured(Reflectance):
 
     @staticmethod
     def instead(value: Any) -> str:
-        table = "gn.tabulate(m), or gn.repair.resample(m), makes a table of any reflectance"
+        table = "gn.tables.tabulate(m), or gn.repair.resample(m), makes a table of any reflectance"
         return table if isinstance(value, Reflectance) else Reflectance.instead(value)
 
     path: str = note("")
@@ -76,8 +76,8 @@ class Measured(Reflectance):
     provenance: dict[str, Any] = note(Held())
     """The file it was read from: "file", "bytes", "sha256" (of files up to 256 MB), "format", "gonio" (its version),
     "options" of the reader where there were any, and "converted_from", the provenance of the file's own source where
-    the file has that. A measurement made of others in memory, by `with_brdf`, `gonio.tabulate` or `gonio.repair`, has
-    "converted_from" alone: a list where there were several. Empty where no file is known."""
+    the file has that. A measurement made of others in memory, by `with_brdf`, `gonio.tables.tabulate` or
+    `gonio.repair`, has "converted_from" alone: a list where there were several. Empty where no file is known."""
     stated_totals: tuple[Total, ...] = note(())
     """Shares of light that the file states beside its values."""
     quantity: str = note("brdf")
@@ -95,7 +95,7 @@ class Measured(Reflectance):
         """The largest share of light that the numbers stand for, roughly, by their own nodes; NaN where it takes more.
 
         Example
-        >>> print(round(gn.tabulate(gn.Lambertian(0.5), "angles").rough_albedo(), 2))
+        >>> print(round(gn.tables.tabulate(gn.Lambertian(0.5), "angles").rough_albedo(), 2))
         0.5
         """
         return math.nan
@@ -105,7 +105,7 @@ class Measured(Reflectance):
         """The repairs of the measurement by `gonio.repair`, in order.
 
         Example
-        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
+        >>> m = gn.repair.remove_negatives(gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
         >>> print([r.operation for r in m.repairs])
         ['remove_negatives']
         """
@@ -120,7 +120,7 @@ class Measured(Reflectance):
         are usable, `data` holds them with their axes, and `f` is made of them.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(2, 2, 3))
+        >>> m = gn.tables.tabulate(gn.Lambertian(0.5), "angles", resolution=(2, 2, 3))
         >>> m.values.shape, round(float(m.values[0, 0, 0]), 4), m.quantity
         ((2, 2, 3), 0.1592, 'brdf')
         """
@@ -134,7 +134,7 @@ class Measured(Reflectance):
         """True where the file holds a usable value; shape of `values`.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> m = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(m.valid.mean())
         1.0
         """
@@ -145,7 +145,7 @@ class Measured(Reflectance):
         """The file's content as it was stored, with named axes and CF units; its tables, where a class says no more.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> m = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(m.data["values"].attrs["units"])
         sr-1
         """
@@ -161,7 +161,7 @@ class Measured(Reflectance):
         """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> m = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(type(m.as_grid()).__name__)
         Tabulated
         """
@@ -172,7 +172,7 @@ class Measured(Reflectance):
         """The attributes of `data`, as text that any file can hold; `provenance` as JSON.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> m = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(m.attributes["quantity"])
         brdf
         """
@@ -184,7 +184,8 @@ class Measured(Reflectance):
             return self
         if self.wavelengths is None:
             raise ParameterError(
-                f"at: {self!r}: {self.channels} channels without wavelengths; of RGB gn.upsampled(m) makes spectra"
+                f"at: {self!r}: {self.channels} channels without wavelengths; of RGB gn.spectra.upsampled(m) makes "
+                f"spectra"
             )
         return self._between(self.wavelengths, wavelengths)
 
@@ -193,7 +194,9 @@ class Measured(Reflectance):
         if np.array_equal(known, wavelengths):
             return self
         rule = "is not interpolated along wavelength"
-        raise ParameterError(f"at: {self!r} of the format {self.format!r} {rule}; gn.tabulate(m).at(wavelengths) is")
+        raise ParameterError(
+            f"at: {self!r} of the format {self.format!r} {rule}; gn.tables.tabulate(m).at(wavelengths) is"
+        )
 
     def __repr__(self) -> str:
         return f"load({self.path!r})" if self.path else f"<{type(self).__name__} measurement in memory>"

@@ -137,7 +137,7 @@ def of_bands(name: str, value: Any, m: Any) -> np.ndarray:
         try:
             found = np.array(ops.numbers(value), dtype=float)
         except (TypeError, ValueError, OverflowError):
-            hint = f", such as gn.illuminant({value!r})" if isinstance(value, str) else ""
+            hint = f", such as gn.spectra.illuminant({value!r})" if isinstance(value, str) else ""
             raise ParameterError(f"under({name}={shown(value)}): {rule}{hint}") from None
     if found.shape != (m.channels,):
         raise ParameterError(f"under({name}): got shape {found.shape}; {rule}")

@@ -81,16 +81,16 @@ def render(
 
     It may stand within jax.jit, jax.grad, jax.jvp and jax.vmap: the picture and its derivatives are compiled code that
     JAX calls back (`jax.pure_callback`), on the processor, in single precision. The derivatives are those of
-    `gn.picture_jacobian`, by those numbers alone that JAX differentiates by, and of the first order. A number may be a
-    scalar, or one for each channel. Linear radiance, 0 beside the shape; the coverage has no derivative.
+    `gn.scenes.picture_jacobian`, by those numbers alone that JAX differentiates by, and of the first order. A number
+    may be a scalar, or one for each channel. Linear radiance, 0 beside the shape; the coverage has no derivative.
 
     Arguments are those of `gn.render`, and are known when the function is compiled: but for the numbers they are
     structure. The same seed has the same noise in each step of an optimizer. A squared difference of a noisy picture is
     too large by the noise's variance, which an optimizer lowers too: take samples enough that this is little.
 
     Shapes   (H, W, C).
-    Error    of samples, as gn.picture_jacobian's: no bias, for what sampling decides is held; edges of shadows stay
-             where they are.
+    Error    of samples, as gn.scenes.picture_jacobian's: no bias, for what sampling decides is held; edges of shadows
+             stay where they are.
     Raises   ParameterError for numbers outside their bounds (within jax.jit, JAX' own error with the same text),
              textures whose texels JAX traces, the places and sizes of lights with edges, and lights that are functions.
 

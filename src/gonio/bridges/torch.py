@@ -77,8 +77,8 @@ def render(
     """The picture of `gn.render` as a tensor (H, W, C), with gradients to tensors among the numbers of m and lights.
 
     The picture and its derivatives are compiled code, computed together on the processor, in single precision: the
-    derivatives are those of `gn.picture_jacobian` by all numbers that require a gradient, and `backward()` adds them
-    up. A number may be a scalar, or one for each channel. Where no tensor requires a gradient, and under
+    derivatives are those of `gn.scenes.picture_jacobian` by all numbers that require a gradient, and `backward()` adds
+    them up. A number may be a scalar, or one for each channel. Where no tensor requires a gradient, and under
     `torch.no_grad()`, the picture alone is computed. Linear radiance, 0 beside the shape; coverage has no derivative.
 
     Arguments are those of `gn.render`. The same seed has the same noise in each step of an optimizer. A squared
@@ -86,8 +86,8 @@ def render(
     enough that this is little.
 
     Shapes   (H, W, C), on the device of the tensors.
-    Error    of samples, as gn.picture_jacobian's: no bias, for what sampling decides is held; edges of shadows stay
-             where they are.
+    Error    of samples, as gn.scenes.picture_jacobian's: no bias, for what sampling decides is held; edges of shadows
+             stay where they are.
     Raises   ParameterError for numbers outside their bounds (`Material.clamp_`), textures whose texels require a
              gradient, the places and sizes of lights with edges, and lights that are functions.
 

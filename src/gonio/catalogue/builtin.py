@@ -189,7 +189,8 @@ def refractive_index(substance: str | Path, wavelengths: Any = None) -> tuple[An
     """Refractive index n and extinction k of a substance, n + ik, by name or symbol ("gold", "Au"), or of a file.
 
     A file is one of refractiveindex.info (`Johnson.yml`): tables of n, k or nk, or a dispersion formula, 1 to 9.
-    Without wavelengths n and k are spectra, which parameters may be: `gn.Conductor(*gn.refractive_index("gold"))`.
+    Without wavelengths n and k are spectra, which parameters may be:
+    `gn.Conductor(*gn.spectra.refractive_index("gold"))`.
 
     Shapes   wavelengths: any; n, k: the same.
     Units    wavelengths: nm, in vacuum or air as in the source; n, k: 1.
@@ -201,7 +202,7 @@ def refractive_index(substance: str | Path, wavelengths: Any = None) -> tuple[An
     a file that is damaged.
 
     Example
-    >>> n, k = gn.refractive_index("gold", [450.0, 550.0, 650.0])
+    >>> n, k = gn.spectra.refractive_index("gold", [450.0, 550.0, 650.0])
     >>> print(n.round(3), k.round(3))
     [1.383 0.424 0.156] [1.916 2.472 3.602]
     """

@@ -53,7 +53,7 @@ def illuminant(name: str) -> Spectrum:
     Raises NotFoundError for another name, DependencyError without colour-science.
 
     Example
-    >>> tungsten = gn.illuminant("A")
+    >>> tungsten = gn.spectra.illuminant("A")
     >>> print(tungsten.at([450.0, 560.0, 650.0]).round(1))
     [ 33.1 100.  165. ]
     """
@@ -86,10 +86,10 @@ def blackbody(temperature: float) -> Blackbody:
     Source   Planck's law; h, c, k of the SI.
 
     Example
-    >>> sun, candle = gn.blackbody(5772.0), gn.blackbody(1900.0)
+    >>> sun, candle = gn.spectra.blackbody(5772.0), gn.spectra.blackbody(1900.0)
     >>> print(sun.at(500.0).round(), (candle.at(650.0) / candle.at(450.0)).round(1))
     26239.0 28.2
-    >>> print((1e3 * gn.blackbody(300.0).at(10000.0)).round(3))  # W m-2 sr-1 um-1
+    >>> print((1e3 * gn.spectra.blackbody(300.0).at(10000.0)).round(3))  # W m-2 sr-1 um-1
     9.924
     """
     return Blackbody(temperature)
@@ -130,8 +130,8 @@ def to_colour(
 ) -> np.ndarray:
     """The colour of reflectances by wavelength, under a light.
 
-    illuminant   a name that `gonio.illuminant` knows, or a spectrum; by default daylight, D65. For the colour of light
-                 itself take its spectrum for `values`, and "E", of equal power
+    illuminant   a name that `gonio.spectra.illuminant` knows, or a spectrum; by default daylight, D65. For the colour
+                 of light itself take its spectrum for `values`, and "E", of equal power
     space        "sRGB", or another RGB space of colour-science, linear (not encoded); "XYZ", white having Y = 1; "Lab"
     observer     "1931" (2 degrees), "1964" (10 degrees), "2015", "2015-10"
     adaptation   how an eye gets used to the light, by which white paper stays white: "Bradford", "CAT02", "CAT16", "Von
@@ -151,7 +151,7 @@ def to_colour(
     Example
     >>> nm = np.arange(380.0, 781.0, 5.0)
     >>> R = gn.material("copper", alpha=0, wavelengths=nm).delta_reflectance([0, 0, 1])
-    >>> print(gn.to_colour(R, nm).round(3), gn.to_colour(R, nm, "A").round(3))
+    >>> print(gn.colour.to_colour(R, nm).round(3), gn.colour.to_colour(R, nm, "A").round(3))
     [0.932 0.623 0.522] [1.003 0.629 0.525]
     """
     nm = as_wavelengths(f"to_colour(wavelengths={shown(wavelengths)})", wavelengths)
@@ -200,7 +200,7 @@ def colour_difference(a: Any, b: Any, space: str = "sRGB") -> Any:
     Source   CIE 142-2001, by colour-science, which this needs.
 
     Example
-    >>> print(gn.colour_difference([0.5, 0.5, 0.5], [0.51, 0.5, 0.5]).round(2))
+    >>> print(gn.colour.colour_difference([0.5, 0.5, 0.5], [0.51, 0.5, 0.5]).round(2))
     0.89
     """
     if space not in ("sRGB", "XYZ", "Lab"):
@@ -230,7 +230,7 @@ def basis() -> tuple[np.ndarray, np.ndarray]:
 
 @checked
 def upsampled(m: Reflectance) -> Reflectance:
-    """A material in linear RGB as one with spectra, which `at` binds to wavelengths: `gn.upsampled(m).at(nm)`.
+    """A material in linear RGB as one with spectra, which `at` binds to wavelengths: `gn.spectra.upsampled(m).at(nm)`.
 
     Every number per channel becomes a spectrum: a mean of the three with the weights of a basis, which add up to 1.
     Where f is linear in the numbers (albedos, weights, tables), its colour under daylight (D65) is that of the RGB. A
@@ -245,8 +245,8 @@ def upsampled(m: Reflectance) -> Reflectance:
 
     Example
     >>> nm = np.arange(380.0, 781.0, 5.0)
-    >>> red = gn.upsampled(gn.Lambertian([0.6, 0.1, 0.05])).at(nm)
-    >>> print(gn.to_colour(gn.albedo(red, [0, 0, 1]), nm).round(3))
+    >>> red = gn.spectra.upsampled(gn.Lambertian([0.6, 0.1, 0.05])).at(nm)
+    >>> print(gn.colour.to_colour(gn.albedo(red, [0, 0, 1]), nm).round(3))
     [0.6  0.1  0.05]
     """
     if m.channels in (None, 1):
@@ -288,7 +288,9 @@ def _of_table(table: Measured) -> Reflectance:
         return table
     grid = table.as_grid()
     if grid is None or table.channels != 3:
-        raise ParameterError(f"upsampled: {table!r:.60} is no grid in RGB; gn.upsampled(gn.tabulate(m)) of it is")
+        raise ParameterError(
+            f"upsampled: {table!r:.60} is no grid in RGB; gn.spectra.upsampled(gn.tables.tabulate(m)) of it is"
+        )
     nm, spectra = basis()
     u = grid.uncertainty
     terms = [

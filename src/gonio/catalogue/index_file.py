@@ -37,7 +37,7 @@ class Spectra(NamedTuple):
     """The refractive index n and the extinction k of a substance, n + ik, as spectra.
 
     Example
-    >>> gold = gn.refractive_index("gold")
+    >>> gold = gn.spectra.refractive_index("gold")
     >>> print(gold.n.at(550.0).round(3), gn.Conductor(gold.n, gold.k).at([450.0, 650.0]).k.round(3))
     0.424 [1.916 3.602]
     """

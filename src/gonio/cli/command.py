@@ -5,9 +5,9 @@
     def plan(material: Material, asked: Asked) -> None:
         planned = asked.call("plan", material.read(), goniometer=asked.call("Goniometer"))
 
-Each declared argument of `gn.plan` and `gn.Goniometer` is an option: angles are typed in degrees, shares in %, words in
-any case, several values with commas between. What is not typed is left to the function. The functions are imported
-when a command is parsed or its help is shown.
+Each declared argument of `gn.planning.plan` and `gn.planning.Goniometer` is an option: angles are typed in degrees,
+shares in %, words in any case, several values with commas between. What is not typed is left to the function. The
+functions are imported when a command is parsed or its help is shown.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from ..declared.version import __version__
-from ..facts.public import function_of, public
+from ..facts.public import asked_of_one
 from . import (
     albedo,
     check,
@@ -60,7 +60,7 @@ class _Gonio(Program):
         try:
             return super().resolve_command(ctx, args)
         except click.exceptions.NoSuchCommand as error:
-            functions = [name.replace("_", "-") for name in public("__all__") if function_of(name)]
+            functions = [name.replace("_", "-") for name in asked_of_one()]
             known = [*self.commands, *functions]
             raise click.exceptions.NoSuchCommand(error.command_name, possibilities=known, ctx=ctx) from None
 

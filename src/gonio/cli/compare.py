@@ -10,7 +10,7 @@ import click
 
 from ..errors import visible
 from ..facts.public import public
-from ..pictures.image import SUFFIXES, read_image
+from ..pictures.image import SUFFIXES, load_image
 from . import completion, options
 from .command import Asked, command
 from .terminal import bar, echo
@@ -48,7 +48,7 @@ def compare(a: str, b: str, output: Path, lit: options.Lit, exposure: float, ask
         for number, text in enumerate((a, b)):
             file, layer = layer_of(text)
             if os.path.isfile(file) and Path(file).suffix.lower() in SUFFIXES:
-                pictures.append(read_image(file, layer=layer))
+                pictures.append(load_image(file, layer=layer))
             else:
                 m = options.Material(text).read()
                 pictures.append(public("render")(m, seed=seed + number, progress=progress, **chosen))

@@ -104,7 +104,7 @@ def fit(material: str, model: str, models: str | None, output: Path | None, aske
 
 
 def _fit_folder(folder: str, models: Any, output: Path, how: dict[str, Any]) -> None:
-    from ..fitting.fit_many import fit_folder
+    from ..fitting.many import fit_folder
 
     start = time.perf_counter()
     with bar("fitting") as progress:

@@ -1,4 +1,5 @@
-"""Commands that are public functions: `gonio white-sky-albedo gold` prints `gn.white_sky_albedo(gn.material("gold"))`.
+"""Commands that are public functions: `gonio white-sky-albedo gold` prints
+`gn.remote_sensing.white_sky_albedo(gn.material("gold"))`.
 
 The first argument of such a function is a reflectance; the others are declared, or left to their defaults.
 """

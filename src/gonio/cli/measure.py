@@ -32,7 +32,7 @@ def measure(surface: str, output: Path, facet: str, as_json: bool, asked: Asked)
     """Measure a surface that is described by its shape, with rays: the virtual gonioreflectometer.
 
     SURFACE is a height map (.npy, rows of numbers, a gray picture; with --pixel; or .sdf), or one of gaussian(0.3),
-    v_grooves(0.6), threads(), brushed(0.3), spheres(0.3), with their arguments: gaussian(0.3, 0.1, seed=1).
+    v_grooves(0.6), weave(), brushed(0.3), spheres(0.3), with their arguments: gaussian(0.3, 0.1, seed=1).
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""How many threads compute (`gn.threads`), for f of NumPy arrays and for pictures (`gn.render`) alike.
+"""How many threads compute (`gn.engine.threads`), for f of NumPy arrays and for pictures (`gn.render`) alike.
 
 There is one pool of threads, `workers.py`, and the calling thread takes part: `threads()` of them compute for a call,
 never more. `plans.py` shares out kernels; `share` shares out work of Python in parts (tiles of a picture, blocks of a
@@ -35,8 +35,8 @@ def threads(count: int | None = None) -> int:
     which fits and repairs use, has threads of its own.
 
     Example
-    >>> before = gn.threads()
-    >>> print(gn.threads(1), gn.threads(before) == before)
+    >>> before = gn.engine.threads()
+    >>> print(gn.engine.threads(1), gn.engine.threads(before) == before)
     1 True
     """
     if count is not None:

@@ -29,7 +29,7 @@ GRAZING = 0.01
 
 
 class Tabulated(Gridded):
-    """A table that `gonio.tabulate` made of a reflectance: a `Gridded` with the error of its grid.
+    """A table that `gonio.tables.tabulate` made of a reflectance: a `Gridded` with the error of its grid.
 
     Error    of the grid, in `error`. By default mean, largest and albedo's for GGX(0.1), glass: half_difference 6e-3,
              7e-2, 7e-3, angles 1e-2, 13 (at the peak), 0.12; for 0.3 Lambertian + GGX(0.3): 6e-4, 4e-2, 1e-3 and
@@ -37,7 +37,7 @@ class Tabulated(Gridded):
     Source   that of `Gridded`: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
 
     Example
-    >>> table = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+    >>> table = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
     >>> print(table.stored.shape, gn.albedo(table, [0, 0, 1]).round(3))
     (9, 9, 18) 0.5
     """
@@ -66,7 +66,7 @@ def tabulate(
     no table can hold.
 
     Example
-    >>> table = gn.tabulate(gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5)))
+    >>> table = gn.tables.tabulate(gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5)))
     >>> print(table.parameterization, table.stored.shape)
     half_difference (90, 46, 36)
     """

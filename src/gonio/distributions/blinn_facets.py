@@ -29,7 +29,7 @@ class BlinnFacets(Distribution):
              of two that are opposite as they are seen.
 
     Example
-    >>> facets = gn.BlinnFacets(gn.roughness.blinn_phong_n_from_alpha(0.3))
+    >>> facets = gn.BlinnFacets(gn.radiometry.roughness.blinn_phong_n_from_alpha(0.3))
     >>> print(gn.Microfacet(facets).f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
     [0.8842 0.6389 0.2406]
     """

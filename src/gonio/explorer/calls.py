@@ -128,7 +128,7 @@ def source(
     function: Annotated[Sequence[Word], Declared("functions of the material", longest=8)] = ("f",),
     parameters: Word = "constants",
 ) -> dict[str, Any]:
-    """Source code of the material's functions, `gn.source`."""
+    """Source code of the material's functions, `gn.engine.shader_source`."""
     return {"text": public("source")(shelf.material(text, replaced), language, function, parameters=parameters).text}
 
 

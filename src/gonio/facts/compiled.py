@@ -38,7 +38,7 @@ class Kernel:
     program   input of the compiler, for float32 batches (N, 3)
 
     Example
-    >>> kernel = gn.kernel(gn.Lambertian(0.5))
+    >>> kernel = gn.engine.kernel(gn.Lambertian(0.5))
     >>> print(kernel.inputs)
     ('wi.x', 'wi.y', 'wi.z', 'wo.x', 'wo.y', 'wo.z', 'rho')
     """
@@ -55,7 +55,7 @@ class Kernel:
         """The kernel in LLVM's intermediate representation, for this processor.
 
         Example
-        >>> print("define" in gn.kernel(gn.Lambertian(0.5)).llvm)
+        >>> print("define" in gn.engine.kernel(gn.Lambertian(0.5)).llvm)
         True
         """
         return store.source(self.program)
@@ -65,7 +65,7 @@ class Kernel:
         """The kernel in this processor's assembly language.
 
         Example
-        >>> print("ret" in gn.kernel(gn.Lambertian(0.5)).assembly)
+        >>> print("ret" in gn.engine.kernel(gn.Lambertian(0.5)).assembly)
         True
         """
         return store.assembly(self.program)
@@ -81,7 +81,7 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     Raises TraceError, with the reason, if the formula cannot be compiled and runs on arrays instead.
 
     Example
-    >>> kernel = gn.kernel(gn.Lambertian(0.5))
+    >>> kernel = gn.engine.kernel(gn.Lambertian(0.5))
     >>> print(str(kernel))
     t1 = wi.x + wo.x
     t2 = wi.y + wo.y

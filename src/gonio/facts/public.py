@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from ..declared.arguments import Argument, arguments, hints
 from ..declared.discover import docstring
+from ..declared.namespace import namespaces
 
 
 def public(name: str) -> Any:
@@ -46,9 +47,8 @@ class Form(NamedTuple):
 
 def function_of(name: str) -> Callable | None:
     """A public function that is asked of one material, with all else that it needs declared; None of other names."""
-    gonio = import_module("..", __package__)
-    function = getattr(gonio, name) if name in gonio.__all__ else None
-    if not inspect.isfunction(function):
+    function = _functions().get(name)
+    if function is None:
         return None
     parameters = [*inspect.signature(function).parameters.values()]
     needed = {
@@ -71,4 +71,17 @@ def form(name: str) -> Form | None:
 
 def forms() -> list[Form]:
     """All of them, by name."""
-    return [found for name in sorted(import_module("..", __package__).__all__) if (found := form(name)) is not None]
+    return [found for name in sorted(_functions()) if (found := form(name)) is not None]
+
+
+def asked_of_one() -> list[str]:
+    """The names of all functions that `function_of` finds."""
+    return [name for name in sorted(_functions()) if function_of(name)]
+
+
+def _functions() -> dict[str, Callable]:
+    """Public functions: those of namespaces that are imported on use, which have no own pages, and gonio's."""
+    gonio = import_module("..", __package__)
+    modules = [*(module for _, module in namespaces() if "__getattr__" in vars(module)), gonio]
+    values = ((name, getattr(module, name)) for module in modules for name in module.__all__)
+    return {name: value for name, value in values if inspect.isfunction(value)}

@@ -5,6 +5,7 @@ takes `axes`, it draws into those of a figure that is there. Angles are drawn in
 people tell apart whatever colours they see.
 """
 
+from ..declared.namespace import own_names
 from .albedo_figure import albedo as albedo
 from .difference_figure import difference as difference
 from .fate_figure import fate as fate
@@ -16,3 +17,5 @@ from .overview_figure import overview as overview
 from .overview_figure import portrait as portrait
 from .polar_figure import polar as polar
 from .slices_figure import slices as slices
+
+__all__, __dir__ = own_names(globals())

@@ -13,8 +13,7 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..errors import ParameterError
-from ..pictures.difference import Difference
-from ..pictures.difference import difference as difference_of
+from ..pictures.difference import PictureDifference, picture_difference
 from ..pictures.image import Image
 from ._drawing import check_target, new_figure, of_one_place
 from ._slices import units_of
@@ -35,27 +34,28 @@ WIDE = 110
 
 @checked
 def difference(
-    a: Reflectance | Image | Difference,
+    a: Reflectance | Image | PictureDifference,
     b: Reflectance | Image | None = None,
     path: str | os.PathLike[str] | None = None,
     labels: Sequence[str] = ("a", "b"),
     exposure: float = 0.0,
 ) -> Figure:
-    """Draw two pictures and b - a with its scale, above the numbers of `gn.difference`; or two materials.
+    """Draw two pictures and b - a with its scale, above the numbers of `gn.scenes.picture_difference`; or two
+    materials.
 
     Of RGB pictures the difference is shown as luminance; of others as the mean of the channels. Blue is where b is
     darker, red where it is brighter; the scale holds all but the largest 0.5 % of the pixels. Of materials, f is drawn
     by half and difference angle as in `gn.figures.half_difference`, and the difference over the mean of both.
 
-    a, b       two pictures, two materials, or `a` alone: what `gn.difference` found
+    a, b       two pictures, two materials, or `a` alone: what `gn.scenes.picture_difference` found
     path       file to write: .png, .jpg, .pdf or .svg
     labels     their names
     exposure   stops by which the pictures are brightened
 
-    Errors     ParameterError for other names of files; those of `gn.difference`.
+    Errors     ParameterError for other names of files; those of `gn.scenes.picture_difference`.
 
     Example
-    >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+    >>> a, b = (gn.scenes.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
     >>> figure = gn.figures.difference(a, b, path="difference.png", labels=["before", "after"])
     >>> rough = gn.figures.difference(gn.material("gold", alpha=0.2), gn.material("gold", alpha=0.3))
     >>> print(rough.axes[2].get_title())
@@ -67,16 +67,18 @@ def difference(
     titles = (str(labels[0]), str(labels[1]))
     if isinstance(a, Reflectance) and isinstance(b, Reflectance):
         return _of_materials(a, b, path, titles)
-    if isinstance(a, Difference) and b is None:
+    if isinstance(a, PictureDifference) and b is None:
         return _of_pictures(a, path, titles, exposure)
     if isinstance(a, Image) and isinstance(b, Image):
-        return _of_pictures(difference_of(a, b), path, titles, exposure)
+        return _of_pictures(picture_difference(a, b), path, titles, exposure)
     kinds = " and ".join(type(x).__name__ for x in (a, b))
-    raise ParameterError(f"figures.difference: got {kinds}; expected two pictures, two materials, or one gn.Difference")
+    raise ParameterError(
+        f"figures.difference: got {kinds}; expected two pictures, two materials, or one gn.results.PictureDifference"
+    )
 
 
 def _of_pictures(
-    found: Difference, path: str | os.PathLike[str] | None, titles: tuple[str, str], exposure: float
+    found: PictureDifference, path: str | os.PathLike[str] | None, titles: tuple[str, str], exposure: float
 ) -> Figure:
     one = found.of_one_number()
     known = np.abs(one[found.inside])

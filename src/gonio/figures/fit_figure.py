@@ -52,7 +52,7 @@ def fit(found: Fit, path: str | os.PathLike[str] | None = None) -> Figure:
     Errors     ParameterError for other names of files.
 
     Example
-    >>> data = gn.tabulate(gn.Lambertian(0.3), resolution=(9, 9, 18))
+    >>> data = gn.tables.tabulate(gn.Lambertian(0.3), resolution=(9, 9, 18))
     >>> figure = gn.figures.fit(gn.fit(data, gn.Lambertian()), path="fit.png")
     >>> print(figure.axes[1].get_ylabel())
     model − data [% of the data's rms]

@@ -74,10 +74,10 @@ class Workers(NamedTuple):
 def workers(scheduler: Any = None) -> Iterator[Workers]:
     """The workers that a `scheduler` stands for; what is started here is ended with the block.
 
-    `scheduler`: None for threads of this process; "processes" for as many processes of this machine as `gn.threads()`
-    says, or "processes:4", at the ends of pipes (`processes`); the address of a Dask scheduler, "tls://10.0.0.1:8786";
-    a client of `distributed`; or an executor of `concurrent.futures`. Who can reach a scheduler at "tcp://..." can run
-    code there, and here.
+    `scheduler`: None for threads of this process; "processes" for as many processes of this machine as
+    `gn.engine.threads()` says, or "processes:4", at the ends of pipes (`processes`); the address of a Dask scheduler,
+    "tls://10.0.0.1:8786"; a client of `distributed`; or an executor of `concurrent.futures`. Who can reach a scheduler
+    at "tcp://..." can run code there, and here.
     """
     word, _, count = scheduler.partition(":") if isinstance(scheduler, str) else ("", "", "")
     if scheduler is None:

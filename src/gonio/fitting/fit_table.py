@@ -1,4 +1,4 @@
-"""The table of `gn.fit_many` on disk: a run's rows go to a journal, and in the end the table takes its place.
+"""The table of `gn.fitting.fit_many` on disk: a run's rows go to a journal, and in the end the table takes its place.
 
 Finished rows are added to a journal beside the output, `fits.parquet.unfinished`, a line for each material, which is on
 the disk before the next job is counted as done. At the end the table takes its place in one step, and the journal goes.

@@ -45,7 +45,7 @@ class Problem:
 
     Example
     >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-    >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+    >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
     >>> print(problem.names, problem.loss, len(problem.samples))
     ('rho',) plain 2
     """
@@ -63,7 +63,7 @@ class Problem:
 
         Example
         >>> data = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0]), np.array([[0.1, 0.2], [0.1, 0.2]])
-        >>> print(gn.fit_problem(data, gn.Lambertian()).names)
+        >>> print(gn.fitting.fit_problem(data, gn.Lambertian()).names)
         ('rho[0]', 'rho[1]')
         """
         return self.unknowns.names
@@ -105,7 +105,7 @@ class Problem:
 
         Example
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
         >>> print(round(problem.size, 4))
         0.02
         """
@@ -118,7 +118,7 @@ class Problem:
 
         Example
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
         >>> print(problem.box.low, problem.box.high, problem.box.is_linear)
         [0.] [1.] [ True]
         """
@@ -130,7 +130,7 @@ class Problem:
 
         Example
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
         >>> sums = problem.squares(np.array([[0.4], [0.3]]))
         >>> print(sums.cost.round(6), sums.gradient.round(5).ravel())
         [1.493e-03 4.100e-05] [ 0.01739 -0.00287]
@@ -142,7 +142,7 @@ class Problem:
 
         Example
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
         >>> print(problem.score_squares(np.array([[0.4]])).round(6))
         [[[0.000151]]]
         """
@@ -158,7 +158,7 @@ class Problem:
 
         Example
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
         >>> print(problem.least_squares() is problem)
         True
         """
@@ -169,7 +169,7 @@ class Problem:
 
         Example
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
         >>> print(len(problem.at([0]).samples))
         1
         """
@@ -180,7 +180,7 @@ class Problem:
 
         Example
         >>> data = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0]), np.array([[0.1, 0.2], [0.1, 0.2]])
-        >>> print(gn.fit_problem(data, gn.Lambertian()).of_channel(1).names)
+        >>> print(gn.fitting.fit_problem(data, gn.Lambertian()).of_channel(1).names)
         ('rho',)
         """
         return replace(self, samples=self.samples.of_channel(c), unknowns=self.unknowns.of_channel(c))
@@ -191,7 +191,7 @@ class Problem:
 
         Example
         >>> data = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0]), [0.1, 0.1]
-        >>> problem = gn.fit_problem(data, gn.Lambertian(0.4))
+        >>> problem = gn.fitting.fit_problem(data, gn.Lambertian(0.4))
         >>> print(problem.x0, problem.bounds)
         [0.4] (array([0.]), array([1.]))
         """
@@ -203,7 +203,7 @@ class Problem:
 
         Example
         >>> data = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0]), [0.1, 0.1]
-        >>> print(gn.fit_problem(data, gn.Lambertian(0.4)).bounds)
+        >>> print(gn.fitting.fit_problem(data, gn.Lambertian(0.4)).bounds)
         (array([0.]), array([1.]))
         """
         u = self.unknowns
@@ -220,7 +220,7 @@ class Problem:
 
         Example
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(), loss="plain")
+        >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(), loss="plain")
         >>> print(problem.residuals(np.array([0.4])).round(4))
         [0.0273 0.0273]
         """
@@ -242,7 +242,7 @@ class Problem:
 
         Example
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(), loss="plain")
+        >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(), loss="plain")
         >>> print(problem.jacobian([0.4]).round(4).ravel())
         [0.3183 0.3183]
         """
@@ -291,7 +291,7 @@ class Problem:
 
         Example
         >>> wi, wo = gn.direction(0.5, np.linspace(0.0, 3.0, 9)), gn.direction(0.3, np.zeros(9))
-        >>> problem = gn.fit_problem((wi, wo, np.full(9, 0.1)), gn.Lambertian())
+        >>> problem = gn.fitting.fit_problem((wi, wo, np.full(9, 0.1)), gn.Lambertian())
         >>> minimizer = problem.to_lmfit()  # doctest: +SKIP
         >>> print(minimizer.minimize().params["rho"].value)  # doctest: +SKIP
         0.3141592653589793
@@ -329,8 +329,8 @@ def fit_problem(
     `problem.residuals` takes arrays of PyTorch and JAX too, and they differentiate it.
 
     Example
-    >>> data = gn.tabulate(gn.Lambertian(0.3), resolution=(9, 9, 18))
-    >>> problem = gn.fit_problem(data, gn.Lambertian())
+    >>> data = gn.tables.tabulate(gn.Lambertian(0.3), resolution=(9, 9, 18))
+    >>> problem = gn.fitting.fit_problem(data, gn.Lambertian())
     >>> from scipy.optimize import least_squares
     >>> print(least_squares(problem.residuals, problem.x0, problem.jacobian).x.round(6))
     [0.3]

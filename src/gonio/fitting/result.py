@@ -100,8 +100,9 @@ class Fit:
         Example
         >>> from gonio.fitting.solver import minimize
         >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
-        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
-        >>> print(gn.Fit.of(problem, minimize(problem.squares, np.array([[0.4]]), problem.box), 1.0).values.round(4))
+        >>> problem = gn.fitting.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> solved = minimize(problem.squares, np.array([[0.4]]), problem.box)
+        >>> print(gn.results.Fit.of(problem, solved, 1.0).values.round(4))
         [0.3142]
         """
         u, x, sums = problem.unknowns, solved.x[0], solved.squares

@@ -232,7 +232,9 @@ def suspected_lengths(name: str, w: np.ndarray) -> None:
     off = np.abs(np.einsum("...k,...k->...", w, w) - 1.0)
     if (off > 2.0 * UNIT).any():
         off = float(np.sqrt((w[off > 2.0 * UNIT][0] ** 2).sum()))
-        raise ParameterError(f"{name}: a direction of length {off:g}; expected unit vectors: gn.normalize({name})")
+        raise ParameterError(
+            f"{name}: a direction of length {off:g}; expected unit vectors: gn.directions.normalize({name})"
+        )
 
 
 def _weights(weights: Any, f: np.ndarray) -> np.ndarray:

@@ -140,7 +140,7 @@ class Selection:
 
     Example
     >>> truth = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.2), gn.Schlick(0.05))
-    >>> chosen = gn.select_model(truth, "lobes")
+    >>> chosen = gn.fitting.select_model(truth, "lobes")
     >>> print(chosen.best.name)
     Lambertian + GGX
     """
@@ -155,7 +155,7 @@ class Selection:
         """The model with the fewest unknowns of those that foretell as well as the best, within two standard errors.
 
         Example
-        >>> chosen = gn.select_model(gn.OrenNayar(0.5, 0.4), {"matt": gn.Lambertian(), "rough": gn.OrenNayar()})
+        >>> chosen = gn.fitting.select_model(gn.OrenNayar(0.5, 0.4), {"matt": gn.Lambertian(), "rough": gn.OrenNayar()})
         >>> print(chosen.best.name)
         rough
         """
@@ -189,7 +189,7 @@ class Selection:
         """Which model the data support, in a sentence.
 
         Example
-        >>> chosen = gn.select_model(gn.OrenNayar(0.5, 0.4), {"matt": gn.Lambertian(), "rough": gn.OrenNayar()})
+        >>> chosen = gn.fitting.select_model(gn.OrenNayar(0.5, 0.4), {"matt": gn.Lambertian(), "rough": gn.OrenNayar()})
         >>> print(chosen.verdict)
         The data support rough.
         """
@@ -205,7 +205,7 @@ class Selection:
         """The table as numbers and words.
 
         Example
-        >>> chosen = gn.select_model(gn.Lambertian(0.3), {"white": gn.Lambertian()})
+        >>> chosen = gn.fitting.select_model(gn.Lambertian(0.3), {"white": gn.Lambertian()})
         >>> print(chosen.to_json()["best"])
         white
         """
@@ -251,7 +251,7 @@ def select_model(
     Source   see `Selection`.
 
     Example
-    >>> chosen = gn.select_model(gn.OrenNayar(0.5, 0.4), "diffuse")
+    >>> chosen = gn.fitting.select_model(gn.OrenNayar(0.5, 0.4), "diffuse")
     >>> print(chosen.best.name, chosen.best.fit.values.round(3))
     OrenNayar [0.5 0.4]
     """

@@ -23,7 +23,7 @@ from ..formula.exchange import Exchange
 from ..models.donaldson import Donaldson
 from ..models.lambertian import Lambertian
 from ..pictures.files._source import library
-from ..pictures.image import read_image
+from ..pictures.image import load_image
 
 NAME = "bispectral EXR"
 SUFFIXES = (".exr",)
@@ -73,7 +73,7 @@ def read(
     [[0.2 0. ]
      [0.3 0.6]]
     """
-    picture = read_image(path, layer=LAYER)
+    picture = load_image(path, layer=LAYER)
     names = picture.channels or ()
     places = {k: found for k, name in enumerate(names) if (found := _wavelengths(name)) is not None}
     if not any(i != o for i, o in places.values()):

@@ -28,7 +28,7 @@ from ..errors import FormatError, ParameterError, expect_one_of
 from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
-from ..pictures.image import Image, read_image
+from ..pictures.image import Image, load_image
 from ..tables.rows import ROW_ANGLES
 from ._layout import CHANNEL, Axis, Layout
 from ._reading import large_tables
@@ -167,7 +167,7 @@ def read(
 
 
 def _of_picture(path: Path, grid: tuple[int, int] | None, rows: str | None) -> np.ndarray:
-    pixels = read_image(path).colour
+    pixels = load_image(path).colour
     if grid is None or pixels.shape != (math.prod(grid), math.prod(grid), 3):
         raise FormatError(f"{path}: a picture of {pixels.shape}, expected (288, 288, 3); fetch it again")
     if rows is None:

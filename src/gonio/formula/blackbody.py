@@ -19,10 +19,10 @@ SAMPLES = np.sort(np.concatenate([np.arange(300.0, 831.0), np.geomspace(10.0, 1e
 
 
 class Blackbody(Spectrum):
-    """What `gonio.blackbody` gives: a spectrum that is exact at every wavelength.
+    """What `gonio.spectra.blackbody` gives: a spectrum that is exact at every wavelength.
 
     Example
-    >>> print(type(gn.blackbody(3000.0)).__name__, gn.blackbody(3000.0))
+    >>> print(type(gn.spectra.blackbody(3000.0)).__name__, gn.spectra.blackbody(3000.0))
     Blackbody blackbody(3000.0)
     """
 
@@ -42,7 +42,7 @@ class Blackbody(Spectrum):
         """The radiance at wavelengths [nm], of their shape.
 
         Example
-        >>> print(gn.blackbody(3000.0).at([500.0, 1000.0, 10000.0]).round(1))
+        >>> print(gn.spectra.blackbody(3000.0).at([500.0, 1000.0, 10000.0]).round(1))
         [260.3 992.4   1.9]
         """
         from ..radiometry import PLANCK, SPEED_OF_LIGHT  # late: few materials glow
@@ -66,7 +66,7 @@ class Blackbody(Spectrum):
         """The temperature as JSON data.
 
         Example
-        >>> print(gn.blackbody(3000.0).to_json())
+        >>> print(gn.spectra.blackbody(3000.0).to_json())
         {'type': 'blackbody', 'temperature': 3000.0}
         """
         return {"type": "blackbody", "temperature": self.temperature}

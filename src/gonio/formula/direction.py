@@ -284,7 +284,7 @@ def half_difference(wi: Direction, wo: Direction) -> HalfDifference:
 
 def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> tuple[Direction, Direction]:
     """wi and wo of half and difference angles, and of the azimuth of the half vector: the inverse of
-    `half_difference`. The order is that of `gn.from_half_difference`."""
+    `half_difference`. The order is that of `gn.directions.from_half_difference`."""
     sin_d, mean = ops.sin(theta_d), ops.cos(theta_d)
     along, across = sin_d * ops.cos(phi_d), sin_d * ops.sin(phi_d)
     s, c, cos_phi, sin_phi = ops.sin(theta_h), ops.cos(theta_h), ops.cos(phi_h), ops.sin(phi_h)

@@ -55,7 +55,7 @@ def interpolated(name: str, value: Any, known: np.ndarray | None, wavelengths: A
 def _several(value: Any, known: np.ndarray | None, wavelengths: Any) -> Any:
     """Numbers (..., C) of several channels at wavelengths."""
     if known is None or len(known) != value.shape[-1]:
-        rule = "channels without wavelengths; expected a gn.Spectrum; of RGB gn.upsampled(m) makes one"
+        rule = "channels without wavelengths; expected a gn.Spectrum; of RGB gn.spectra.upsampled(m) makes one"
         raise ParameterError(f"has {value.shape[-1]} {rule}")
     if not isinstance(value, np.ndarray):
         raise ParameterError(f"is a {type(value).__name__}; expected a NumPy array")

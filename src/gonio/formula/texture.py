@@ -85,9 +85,9 @@ class Texture:
     (u, v) is (0, 0) at the upper left corner of the image and (1, 1) at the lower right one; the centre of the texel in
     row i and column j of H by W is ((j + 1/2)/W, (i + 1/2)/H).
 
-    `image`: the path of a picture, a `gn.Image`, or an array; one of PyTorch or JAX is differentiated by its texels.
-    `filter`: "bilinear", or "nearest" for the texel itself. `wrap`: what a place outside 0 to 1 stands for: "repeat"
-    the image again and again, "mirror" every other one reversed, "clamp" the nearest edge, "refuse" an error.
+    `image`: the path of a picture, a `gn.scenes.Image`, or an array; one of PyTorch or JAX is differentiated by its
+    texels. `filter`: "bilinear", or "nearest" for the texel itself. `wrap`: what a place outside 0 to 1 stands for:
+    "repeat" the image again and again, "mirror" every other one reversed, "clamp" the nearest edge, "refuse" an error.
     `colour`: "linear", the numbers are meant as they are, or "srgb", they are codes of sRGB, to be decoded. Where
     nobody says, .png and .jpg are what they say they are (sRGB, where they say nothing), and everything else is linear:
     for roughness and other data in a .png write colour="linear". Whole numbers are codes, of 8 or 16 bits by their
@@ -97,7 +97,7 @@ class Texture:
     Units    of the parameter; its bounds hold for every texel.
     Error    of straight lines between texels; of float32 places on wide images, W/2^24 of a texel's width.
     Raises   ParameterError for NaN, infinite texels and unknown words, ShapeError, ArrayTypeError (codes without
-             colour=), and what `gn.read_image` raises: NotFoundError (no such file), FormatError (no picture).
+             colour=), and what `gn.scenes.load_image` raises: NotFoundError (no such file), FormatError (no picture).
     Source   definition; sRGB: IEC 61966-2-1:1999.
 
     Example
@@ -303,12 +303,12 @@ def checked_places(uv: Any, textures: list[Texture]) -> tuple[ops.Library, Any]:
 
 def _of_file(path: str, colour: str | None) -> np.ndarray:
     """The texels of a picture file."""
-    from ..pictures.image import read_image
+    from ..pictures.image import load_image
 
-    image = read_image(path, MOST, linear=None if colour is None else colour == "linear")
+    image = load_image(path, MOST, linear=None if colour is None else colour == "linear")
     if image.alpha is not None and image.alpha.min() < 1.0:
         text = f"{path}: the picture has transparent pixels, and a texture leaves its coverage out"
-        warn(f"{text}; scale the material by it: gn.Texture(gn.read_image(path).alpha) * m", MeaningWarning)
+        warn(f"{text}; scale the material by it: gn.Texture(gn.scenes.load_image(path).alpha) * m", MeaningWarning)
     return image.colour
 
 
@@ -337,7 +337,7 @@ def _of_image(image: Any, colour: str | None) -> Any:
 def _numbers(image: Any, colour: str | None) -> np.ndarray:
     """An array of floats of what was given; codes over their largest one."""
     if not isinstance(image, (list, tuple, np.ndarray)):
-        rule = "expected the path of a picture, a gn.Image, or an array (H, W, C) of NumPy, PyTorch or JAX"
+        rule = "expected the path of a picture, a gn.scenes.Image, or an array (H, W, C) of NumPy, PyTorch or JAX"
         raise ParameterError(f"Texture: got a {type(image).__name__}; {rule}")
     if np.ma.isMaskedArray(image) and np.ma.getmaskarray(image).any():
         raise ParameterError("Texture: some texels are masked; expected a number everywhere: image.filled(0.5)")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import inspect
-import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
 from ..arrays import Fixed, ops
+from ..declared.namespace import places_of, value_at
 from ..declared.notebooks import repr_html
 from ..errors import AccessError, ParameterError, suggestion
 from .classes import json_name
@@ -104,9 +104,10 @@ class Value:
         """The end of a message about an unknown name: "; write m.f(wi, wo)"."""
         if name in self.known_elsewhere:
             return f"; write {self.known_elsewhere[name]}"
-        needed = _needed(getattr(sys.modules[__name__.partition(".")[0]], name, None))  # by a public function
-        if needed[:1] == ["m"]:
-            return f"; write gn.{name}({', '.join(needed)})"
+        for place in places_of(name):  # of a public function
+            needed = _needed(value_at(place))
+            if needed[:1] == ["m"]:
+                return f"; write {place}({', '.join(needed)})"
         return suggestion(name, [n for n in (*dir(self), *self.fields) if not n.startswith("_")])
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -80,7 +80,7 @@ def black_sky_albedo(m: Reflectance, theta: Zenith, phi: Azimuth = 0.0, toleranc
 
     Example
     >>> field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
-    >>> print(gn.black_sky_albedo(field, theta=np.radians([0.0, 45.0])).round(4))
+    >>> print(gn.remote_sensing.black_sky_albedo(field, theta=np.radians([0.0, 45.0])).round(4))
     [0.1592 0.1703]
     """
     check_angle("theta", theta, 0.0, 0.5 * math.pi)
@@ -99,7 +99,7 @@ def white_sky_albedo(m: Reflectance, tolerance: Tolerance = 1e-4) -> Any:
     Source   Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27 (case 9); Lucht et al. 2000, IEEE TGRS 38:977.
 
     Example
-    >>> print(gn.white_sky_albedo(gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)).round(4))
+    >>> print(gn.remote_sensing.white_sky_albedo(gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)).round(4))
     0.1776
     """
     warn_of_reradiation(m, "gn.photon_albedo(m, wi)")
@@ -143,7 +143,7 @@ def blue_sky_albedo(
 
     Example
     >>> field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
-    >>> print(gn.blue_sky_albedo(field, theta=np.radians(45.0), diffuse_fraction=0.2).round(4))
+    >>> print(gn.remote_sensing.blue_sky_albedo(field, theta=np.radians(45.0), diffuse_fraction=0.2).round(4))
     0.1718
     """
     theta, phi = numbers_of("theta", theta), numbers_of("phi", phi)

@@ -191,7 +191,7 @@ def at_wavelengths(lights: list[Light], m: Reflectance) -> list[Light]:
         return lights
     if m.wavelengths is None:
         rule = "a light's number is a spectrum, and the material has no wavelengths"
-        raise ParameterError(f"{rule}; write m.at(wavelengths), of linear RGB gn.upsampled(m).at(wavelengths)")
+        raise ParameterError(f"{rule}; write m.at(wavelengths), of linear RGB gn.spectra.upsampled(m).at(wavelengths)")
     return [light.at(m.wavelengths) if has_spectra(light) else light for light in lights]
 
 

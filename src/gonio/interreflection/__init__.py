@@ -1,1 +1,1 @@
-"""Interreflection of diffuse surfaces: `gn.radiosity`."""
+"""Interreflection of diffuse surfaces: `gn.scenes.radiosity`."""

@@ -1,4 +1,5 @@
-"""What `gn.radiosity` finds: light on patches, how well it balances, factors between parts, a picture, a mesh."""
+"""What `gn.scenes.radiosity` finds: light on patches, how well it balances, factors between parts, a picture, a
+mesh."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ SEE_THROUGH = 8
 
 
 class Radiosity:
-    """Light on patches, of `gn.radiosity`.
+    """Light on patches, of `gn.scenes.radiosity`.
 
     `corners` (n, 3, 3) and `part` (n,): the patches, and the parts that they are of. `radiosity` (n, C): what
     leaves their fronts; `irradiance` (n, C): what arrives there.
@@ -35,8 +36,9 @@ class Radiosity:
     Example
     >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
     >>> lamp = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [[0, 1, 2, 3]]
-    >>> scene = gn.Scene([gn.Mesh(floor, gn.Lambertian(0.5)), gn.Mesh(lamp, gn.Lambertian(0.0), exitance=1.0)])
-    >>> light = gn.radiosity(scene, patches=64)
+    >>> lit = gn.scenes.Mesh(lamp, gn.Lambertian(0.0), exitance=1.0)
+    >>> scene = gn.Scene([gn.scenes.Mesh(floor, gn.Lambertian(0.5)), lit])
+    >>> light = gn.scenes.radiosity(scene, patches=64)
     >>> print(light)
     Radiosity(64 patches of 2 parts, dense, balance 0.1201, escaped 0.8799, reciprocity 0.0e+00)
     """
@@ -55,7 +57,7 @@ class Radiosity:
         channel_names: tuple | None,
     ):
         if not isinstance(patches, Patches):
-            raise ParameterError(f"Radiosity({shown(patches)}, ...): made by gn.radiosity(scene); call that")
+            raise ParameterError(f"Radiosity({shown(patches)}, ...): made by gn.scenes.radiosity(scene); call that")
         self._patches, self._operator, self._names = patches, operator, channel_names
         self.corners, self.part, self._energy = patches.corners, patches.part, energy
         self.albedo, self.exitance, self.radiosity, self.irradiance = albedo, exitance, radiosity, irradiance
@@ -74,8 +76,9 @@ class Radiosity:
         Example
         >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
         >>> lamp = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [[0, 1, 2, 3]]
-        >>> scene = gn.Scene([gn.Mesh(floor, gn.Lambertian(0.5)), gn.Mesh(lamp, gn.Lambertian(0.0), exitance=1.0)])
-        >>> print(gn.radiosity(scene, patches=64).factors.round(3))
+        >>> lit = gn.scenes.Mesh(lamp, gn.Lambertian(0.0), exitance=1.0)
+        >>> scene = gn.Scene([gn.scenes.Mesh(floor, gn.Lambertian(0.5)), lit])
+        >>> print(gn.scenes.radiosity(scene, patches=64).factors.round(3))
         [[0.  0.2]
          [0.2 0. ]]
         """
@@ -100,8 +103,9 @@ class Radiosity:
         Example
         >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
         >>> lamp = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [[0, 1, 2, 3]]
-        >>> scene = gn.Scene([gn.Mesh(floor, gn.Lambertian(0.5)), gn.Mesh(lamp, gn.Lambertian(0.0), exitance=1.0)])
-        >>> light = gn.radiosity(scene, patches=64)
+        >>> lit = gn.scenes.Mesh(lamp, gn.Lambertian(0.0), exitance=1.0)
+        >>> scene = gn.Scene([gn.scenes.Mesh(floor, gn.Lambertian(0.5)), lit])
+        >>> light = gn.scenes.radiosity(scene, patches=64)
         >>> print(light.balance.round(3), (light.balance + light.escaped).round(6))
         [0.12] [1.]
         """
@@ -115,8 +119,8 @@ class Radiosity:
 
         Example
         >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
-        >>> scene = gn.Scene(gn.Mesh(floor, gn.Lambertian(0.5), exitance=1.0))
-        >>> print(gn.radiosity(scene, patches=16).escaped)
+        >>> scene = gn.Scene(gn.scenes.Mesh(floor, gn.Lambertian(0.5), exitance=1.0))
+        >>> print(gn.scenes.radiosity(scene, patches=16).escaped)
         [1.]
         """
         return self._escaped_from(np.ones(len(self.part), bool))
@@ -138,8 +142,8 @@ class Radiosity:
 
         Example
         >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
-        >>> scene = gn.Scene(gn.Mesh(floor, gn.Lambertian(0.5), exitance=1.0))
-        >>> print(gn.radiosity(scene, patches=16).reciprocity)
+        >>> scene = gn.Scene(gn.scenes.Mesh(floor, gn.Lambertian(0.5), exitance=1.0))
+        >>> print(gn.scenes.radiosity(scene, patches=16).reciprocity)
         0.0
         """
         smaller = np.minimum(self._part_areas, self._part_areas[:, None])
@@ -197,8 +201,8 @@ class Radiosity:
 
         Example
         >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
-        >>> scene = gn.Scene(gn.Mesh(floor, gn.Lambertian(0.5), exitance=np.pi))
-        >>> light = gn.radiosity(scene, patches=16)
+        >>> scene = gn.Scene(gn.scenes.Mesh(floor, gn.Lambertian(0.5), exitance=np.pi))
+        >>> light = gn.scenes.radiosity(scene, patches=16)
         >>> picture = light.image(eye=[0.5, 0.5, 2.0], at=[0.5, 0.5, 0.0], size=8, up=[0, 1, 0])
         >>> print(picture.pixels[4, 4], picture.alpha[0, 0])
         [1.] 0.0
@@ -263,7 +267,8 @@ class Radiosity:
 
         Example
         >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
-        >>> gn.radiosity(gn.Scene(gn.Mesh(floor, gn.Lambertian(0.5), exitance=1.0)), patches=16).save("floor.ply")
+        >>> glowing = gn.Scene(gn.scenes.Mesh(floor, gn.Lambertian(0.5), exitance=1.0))
+        >>> gn.scenes.radiosity(glowing, patches=16).save("floor.ply")
         """
         if not os.fspath(path).lower().endswith(".ply"):
             raise ParameterError(f"{path}: expected a name that ends in .ply")

@@ -119,8 +119,9 @@ def radiosity(
     Example
     >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
     >>> ceiling = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [[0, 1, 2, 3]]
-    >>> scene = gn.Scene([gn.Mesh(floor, gn.Lambertian(0.5)), gn.Mesh(ceiling, gn.Lambertian(0.8), exitance=1.0)])
-    >>> light = gn.radiosity(scene, patches=200)
+    >>> lit = gn.scenes.Mesh(ceiling, gn.Lambertian(0.8), exitance=1.0)
+    >>> scene = gn.Scene([gn.scenes.Mesh(floor, gn.Lambertian(0.5)), lit])
+    >>> light = gn.scenes.radiosity(scene, patches=200)
     >>> print(light.factors.round(2)[0, 1])  # parallel_rectangles(1, 1, 1)
     0.2
     """
@@ -132,7 +133,7 @@ def radiosity(
         raise ParameterError(f"tolerance={tolerance}: expected a number from 1e-5 to 1")
     if lights is not None:
         rule = "it takes light from parts of the scene that send it out, and from nothing else"
-        cure = "expected gn.Mesh(shape, material, exitance=1.0) in the place of the lamp"
+        cure = "expected gn.scenes.Mesh(shape, material, exitance=1.0) in the place of the lamp"
         raise ParameterError(f"radiosity(lights={shown(lights)}): {rule}; {cure}")
     whole = patches_of(scene)
     divided = divided_at_contacts(whole)
@@ -224,7 +225,7 @@ def _materials(scene: Scene) -> list[Reflectance]:
     """The material of each part."""
     bare = [number for number, part in enumerate(scene.parts) if part.material is None]
     if bare:
-        raise ParameterError(f"part {bare[0]} has no material, expected one of each: gn.Mesh(shape, material)")
+        raise ParameterError(f"part {bare[0]} has no material, expected one of each: gn.scenes.Mesh(shape, material)")
     return [part.material for part in scene.parts if part.material is not None]
 
 
@@ -260,7 +261,7 @@ def _of_parts(scene: Scene, materials: list[Reflectance]) -> tuple[np.ndarray, n
     albedo, exitance = (np.stack([np.broadcast_to(x, channels) for x in xs]) for xs in (albedos, exitances))
     if not exitance.any():
         raise ParameterError(
-            "nothing in the scene emits, so all is dark; give a part an exitance: gn.Mesh(..., exitance=1)"
+            "nothing in the scene emits, so all is dark; give a part an exitance: gn.scenes.Mesh(..., exitance=1)"
         )
     if albedo.max() > 1.0 + 1e-6 or albedo.min() < 0.0 or not np.isfinite(albedo).all():
         part = int(np.argmax(np.max(np.where(np.isfinite(albedo), np.abs(albedo - 0.5), np.inf), axis=1)))

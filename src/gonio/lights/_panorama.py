@@ -60,14 +60,14 @@ class Panorama:
     def of(cls, value: Any) -> Panorama:
         """A panorama from an array (H, W, C) or (H, W), an Image, or the path of a picture.
 
-        Raises what `read_image` raises for a picture of at most `MOST` pixels; pixels read here are not copied.
+        Raises what `load_image` raises for a picture of at most `MOST` pixels; pixels read here are not copied.
         """
         if isinstance(value, Panorama):
             return value
-        from ..pictures.image import Image, read_image
+        from ..pictures.image import Image, load_image
 
         if isinstance(value, (str, os.PathLike)):
-            return cls(read_image(value, MOST).light, os.fspath(value))
+            return cls(load_image(value, MOST).light, os.fspath(value))
         if isinstance(value, Image):
             value = value.light
         if not isinstance(value, (list, tuple, np.ndarray)):

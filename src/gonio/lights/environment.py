@@ -48,7 +48,7 @@ class EnvironmentLight(Light):
     Looks    `EnvironmentLight.studio()`: a sun, a window, a lamp, hills and tiles, and all of them in the metal.
     Shapes   image: a NumPy array (H, W, C) or (H, W), an `Image`, or the path of a picture (.exr, .hdr, ...), of
              which `Image.light` is taken; scale: a number or (C,). Pixels stay float32 or float64. Of a file with
-             several layers, or whose codes are linear, give `gn.read_image(path, layer=, linear=)`.
+             several layers, or whose codes are linear, give `gn.scenes.load_image(path, layer=, linear=)`.
     Units    image times scale: W m-2 sr-1; densities: sr-1.
     Error    rounding: in float32 a direction is found within 1.2e-7 H pixels (6e-5 pixels at 512 rows). As an
              approximation of the field that the pixels are samples of: at most (pi/H)^2/8 times the sum of its second
@@ -210,9 +210,9 @@ class EnvironmentLight(Light):
 def photograph(path: str, layer: str | None = None) -> EnvironmentLight:
     """An environment map from a file, or from a layer of it. Resampled photographs often hold values a little below 0:
     these count as 0, with a warning; NaN and infinity are errors."""
-    from ..pictures.image import read_image
+    from ..pictures.image import load_image
 
-    picture = Panorama.of(path if layer is None else read_image(path, MOST, layer=layer))
+    picture = Panorama.of(path if layer is None else load_image(path, MOST, layer=layer))
     least, most = picture.pixels.min(), picture.pixels.max()
     if not (-math.inf < least < 0.0 and most < math.inf):
         return EnvironmentLight(picture)

@@ -60,7 +60,7 @@ class _Shape(Field):
             triangles = getattr(value, "triangles", None)
             vertices, faces = value if triangles is None else (triangles.vertices, triangles.faces)
         except (TypeError, ValueError):
-            rule = "expected vertices (V, 3) and faces (F, 3), in a pair, or a gn.Mesh, which reads files"
+            rule = "expected vertices (V, 3) and faces (F, 3), in a pair, or a gn.scenes.Mesh, which reads files"
             raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule}") from None
         facets = Facets(vertices, faces)
         if len(facets.faces) > MOST:

@@ -141,7 +141,7 @@ class BlinnPhong(Reflectance):
              (wm . z)^n cos(theta) at normal incidence, derived in tests/models/test_reference.py.
 
     Example
-    >>> m = gn.BlinnPhong(0.5, n=gn.roughness.blinn_phong_n_from_alpha(0.2))
+    >>> m = gn.BlinnPhong(0.5, n=gn.radiometry.roughness.blinn_phong_n_from_alpha(0.2))
     >>> print(gn.albedo(m, [0, 0, 1]).round(3))
     0.5
     """

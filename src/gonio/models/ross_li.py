@@ -120,7 +120,7 @@ class RossLi(PowerCosine):
     >>> field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
     >>> print((np.pi * field.f_angles(0.7, 0.0, 0.7, [0.0, np.pi])).round(4))
     [0.2362 0.1393]
-    >>> print(gn.white_sky_albedo(field).round(4))
+    >>> print(gn.remote_sensing.white_sky_albedo(field).round(4))
     0.1776
     """
 

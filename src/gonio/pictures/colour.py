@@ -199,7 +199,8 @@ def transformed(values: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """Channels (..., C), or one that stands for all, turned into others by a matrix (C, K): `values @ matrix`, on this
     thread alone.
 
-    BLAS gets small products only: large ones it shares out to threads of its own, which `gn.threads` does not limit.
+    BLAS gets small products only: large ones it shares out to threads of its own, which `gn.engine.threads` does not
+    limit.
     """
     count, wide = matrix.shape
     values = np.broadcast_to(values, (*values.shape[:-1], count))

@@ -17,7 +17,7 @@ from .image import Image
 RGB = ("R", "G", "B")
 
 
-class Difference(NamedTuple):
+class PictureDifference(NamedTuple):
     """The difference of two pictures, b - a: see `difference`.
 
     `pixels` (H, W, C), signed, of pictures over black; `inside` (H, W): pixels that something is seen in, in either.
@@ -28,8 +28,8 @@ class Difference(NamedTuple):
     None where a picture does not know its own.
 
     Example
-    >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
-    >>> print(gn.difference(a, b))
+    >>> a, b = (gn.scenes.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+    >>> print(gn.scenes.picture_difference(a, b))
     b is 10.0 % brighter than a; rms 10.0 %, largest 10.0 % of the mean (row 0, column 0)
     """
 
@@ -51,8 +51,8 @@ class Difference(NamedTuple):
         """The numbers in a line, of pictures of these names.
 
         Example
-        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
-        >>> print(gn.difference(a, b).told("before", "after")[:27])
+        >>> a, b = (gn.scenes.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+        >>> print(gn.scenes.picture_difference(a, b).told("before", "after")[:27])
         after is 10.0 % brighter th
         """
         word = "brighter" if self.brighter >= 0.0 else "darker"
@@ -71,8 +71,8 @@ class Difference(NamedTuple):
         """The names of the channels, if they are known: R, G and B of three without names.
 
         Example
-        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
-        >>> print(gn.difference(a, b).channels)
+        >>> a, b = (gn.scenes.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+        >>> print(gn.scenes.picture_difference(a, b).channels)
         ('R', 'G', 'B')
         """
         count = len(self.bias)
@@ -84,8 +84,8 @@ class Difference(NamedTuple):
         """What `brighter` compares: "luminance", or "the mean of the channels".
 
         Example
-        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
-        >>> print(gn.difference(a, b).measure)
+        >>> a, b = (gn.scenes.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+        >>> print(gn.scenes.picture_difference(a, b).measure)
         luminance
         """
         return "luminance" if self.channels == RGB else "the mean of the channels"
@@ -94,8 +94,8 @@ class Difference(NamedTuple):
         """The difference (H, W) of what `brighter` compares.
 
         Example
-        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
-        >>> print(gn.difference(a, b).of_one_number()[0, 0].round(3))
+        >>> a, b = (gn.scenes.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+        >>> print(gn.scenes.picture_difference(a, b).of_one_number()[0, 0].round(3))
         0.05
         """
         return (self.pixels @ _weights(self.channels, len(self.bias))).astype(np.float32)
@@ -105,7 +105,7 @@ class Difference(NamedTuple):
 
 
 @checked
-def difference(a: Image, b: Image) -> Difference:
+def picture_difference(a: Image, b: Image) -> PictureDifference:
     """The signed difference b - a of two pictures, with its numbers.
 
     Pictures with coverage count as over black, and the numbers are of pixels that one of them covers. A picture of one
@@ -120,7 +120,7 @@ def difference(a: Image, b: Image) -> Difference:
     Example
     >>> m, sky = gn.Lambertian([0.8, 0.4, 0.2]), gn.ConstantLight(1.0)
     >>> a, b = (gn.render(each, sky, size=32) for each in (m, m.replace(rho=[0.8, 0.44, 0.2])))
-    >>> found = gn.difference(a, b)
+    >>> found = gn.scenes.picture_difference(a, b)
     >>> print(found.bias.round(3), round(found.rms, 2))
     [0.  0.1 0. ] 0.05
     """
@@ -147,7 +147,9 @@ def difference(a: Image, b: Image) -> Difference:
     rms = math.sqrt(float(np.square(pixels[inside]).mean())) / level
     largest = float(size[row, column]) / level
     bias = means[1] / means[0] - 1.0
-    found = Difference(a, b, pixels, inside, 0.0, bias, rms, largest, (row, column), _sigmas(a, b, pixels, inside))
+    found = PictureDifference(
+        a, b, pixels, inside, 0.0, bias, rms, largest, (row, column), _sigmas(a, b, pixels, inside)
+    )
     weights = _weights(found.channels, len(bias)) * means[0]
     return found._replace(brighter=float(weights @ bias / weights.sum()))
 

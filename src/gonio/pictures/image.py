@@ -34,7 +34,7 @@ _FORMATS = modules("gonio.pictures.files")
 _WRITERS = {module.WRITTEN: module for module in _FORMATS}
 
 SUFFIXES = tuple(suffix for module in _FORMATS for suffix in module.SUFFIXES)
-"""Suffixes of the files that `read_image` reads."""
+"""Suffixes of the files that `load_image` reads."""
 
 
 STARTS = {start: kind for module in _FORMATS for start, kind in module.STARTS.items()}
@@ -53,7 +53,7 @@ class Image:
     Errors   ShapeError; ArrayTypeError (not floats); ParameterError (names). float32 arrays are not copied.
 
     Example
-    >>> picture = gn.Image(np.full((2, 4, 3), 0.18))
+    >>> picture = gn.scenes.Image(np.full((2, 4, 3), 0.18))
     >>> print(picture.pixels.shape, picture.alpha)
     (2, 4, 3) None
     """
@@ -74,7 +74,7 @@ class Image:
         OpenEXR hold it, and it may be where nothing is covered, as of a flame.
 
         Example
-        >>> half = gn.Image(np.full((1, 1, 3), 0.8), alpha=np.full((1, 1), 0.5))
+        >>> half = gn.scenes.Image(np.full((1, 1, 3), 0.8), alpha=np.full((1, 1), 0.5))
         >>> print(half.light[0, 0], half.colour[0, 0])
         [0.4 0.4 0.4] [0.8 0.8 0.8]
         """
@@ -86,7 +86,7 @@ class Image:
         is.
 
         Example
-        >>> half = gn.Image(np.full((1, 1, 3), 0.4), alpha=np.full((1, 1), 0.5), premultiplied=True)
+        >>> half = gn.scenes.Image(np.full((1, 1, 3), 0.4), alpha=np.full((1, 1), 0.5), premultiplied=True)
         >>> print(half.colour[0, 0])
         [0.8 0.8 0.8]
         """
@@ -143,8 +143,8 @@ class Image:
                  WriteError (disk full and the like).
 
         Example
-        >>> gn.Image(np.full((2, 4, 3), 0.18)).save("grey.png")
-        >>> print(gn.read_image("grey.png").pixels[0, 0].round(2))
+        >>> gn.scenes.Image(np.full((2, 4, 3), 0.18)).save("grey.png")
+        >>> print(gn.scenes.load_image("grey.png").pixels[0, 0].round(2))
         [0.18 0.18 0.18]
         """
         check_target(path, exposure)
@@ -180,7 +180,7 @@ def over_black(pixels: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:
 
 
 @checked
-def read_image(
+def load_image(
     path: str | os.PathLike[str], most: int = PIXELS, *, layer: str | None = None, linear: bool | None = None
 ) -> Image:
     """Read an OpenEXR, Radiance, PNG or JPEG picture, recognized by its first bytes.
@@ -215,8 +215,8 @@ def read_image(
     Source   G. Ward, "Radiance File Formats" (filefmts.pdf); "OpenEXR File Layout" (openexr.com); PNG, third edition.
 
     Example
-    >>> gn.Image(np.full((2, 4, 3), 1000.0)).save("bright.exr")
-    >>> print(gn.read_image("bright.exr").pixels.max())
+    >>> gn.scenes.Image(np.full((2, 4, 3), 1000.0)).save("bright.exr")
+    >>> print(gn.scenes.load_image("bright.exr").pixels.max())
     1000.0
     """
     image, notes = apart(_read, path, Limits(most, layer, linear), _READERS)
@@ -228,7 +228,7 @@ def read_image(
 def read_gray(path: str | os.PathLike[str], most: int) -> NDArray[np.float64]:
     """The codes (H, W) of a gray PNG, or the numbers of a gray TIFF, as they are; NaN where a PNG is transparent.
 
-    Raises as `read_image`; FormatError for colours.
+    Raises as `load_image`; FormatError for colours.
     """
     found: NDArray[np.float64] = apart(_read, path, Limits(most), _GRAY_READERS)
     return found

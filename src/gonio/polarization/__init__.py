@@ -5,8 +5,7 @@ right-handed: Q = I_x - I_y, U + iV = 2 E_x conj(E_y) with the time factor exp(-
 who looks into the beam. `m.mueller` has the axes of the surface: see `frames`.
 """
 
-from types import ModuleType as _ModuleType
-
+from ..declared.namespace import own_names
 from .axes import frames as frames
 from .axes import rotator as rotator
 from .axes import to_frames as to_frames
@@ -18,4 +17,4 @@ from .states import coherency as coherency
 from .states import dop as dop
 from .states import realizable as realizable
 
-__all__ = [n for n, value in list(globals().items()) if n[0] != "_" and not isinstance(value, _ModuleType)]
+__all__, __dir__ = own_names(globals())

@@ -6,8 +6,7 @@ observer, the origin; `w` and `normal` are unit vectors (the caller's duty). NaN
 values out of range raise. "Error rounding" is a relative error below 1e-15 in float64.
 """
 
-from types import ModuleType as _ModuleType
-
+from ..declared.namespace import own_names
 from . import form_factors as form_factors
 from . import roughness as roughness
 from .quantities import QUANTITIES as QUANTITIES
@@ -44,4 +43,4 @@ from .spectral import convert_spectral as convert_spectral
 from .spectral import photon_flux as photon_flux
 from .spectral import radiant_flux as radiant_flux
 
-__all__ = [n for n, value in list(globals().items()) if n[0] != "_" and not isinstance(value, _ModuleType)]
+__all__, __dir__ = own_names(globals(), "PLANCK", "QUANTITIES", "SPEED_OF_LIGHT", "form_factors", "roughness")

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..declared.arrays import Array
 from ..declared.arrays import formula as _formula
+from ..declared.namespace import own_names
 from ..errors import ParameterError
 from ._outlines import exchanged
 from .kinds import _NotNegative, _Polar, _Polygon, _Positive, _Vector
@@ -399,3 +400,6 @@ def polygon_to_polygon(vertices_1: _Polygon, vertices_2: _Polygon) -> Array:
     if not len(both[0][1]):
         return np.zeros(shape, dtype)
     return exchanged(both[0], both[1]).reshape(shape).astype(dtype)[()]
+
+
+__all__, __dir__ = own_names(globals())

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..declared.arguments import Declared
 from ..declared.arrays import formula, in_range
+from ..declared.namespace import own_names
 
 LEAST, MOST = 1e-100, 1e100
 """Bounds of numbers whose squares are numbers too."""
@@ -35,7 +36,7 @@ def alpha_from_beckmann_m(m: Rough) -> Any:
     """alpha = m, the "root mean square slope" of Cook & Torrance 1982 and Beckmann's m: in fact sqrt(2) times it.
 
     Example
-    >>> print(gn.roughness.alpha_from_beckmann_m(0.3))
+    >>> print(gn.radiometry.roughness.alpha_from_beckmann_m(0.3))
     0.3
     """
     return m
@@ -46,7 +47,7 @@ def beckmann_m_from_alpha(alpha: Rough) -> Any:
     """m = alpha; see `alpha_from_beckmann_m`.
 
     Example
-    >>> print(gn.roughness.beckmann_m_from_alpha(0.3))
+    >>> print(gn.radiometry.roughness.beckmann_m_from_alpha(0.3))
     0.3
     """
     return alpha
@@ -59,7 +60,7 @@ def alpha_from_rms_slope(sigma: Rough) -> Any:
     Of the whole gradient the RMS is sqrt(2) sigma = alpha. GGX has no finite RMS slope.
 
     Example
-    >>> print(gn.roughness.alpha_from_rms_slope(0.1).round(4))
+    >>> print(gn.radiometry.roughness.alpha_from_rms_slope(0.1).round(4))
     0.1414
     """
     return np.sqrt(2.0) * sigma
@@ -70,7 +71,7 @@ def rms_slope_from_alpha(alpha: Rough) -> Any:
     """sigma = alpha/sqrt(2), along one axis; see `alpha_from_rms_slope`.
 
     Example
-    >>> print(gn.roughness.rms_slope_from_alpha(0.2).round(4))
+    >>> print(gn.radiometry.roughness.rms_slope_from_alpha(0.2).round(4))
     0.1414
     """
     return alpha / np.sqrt(2.0)
@@ -84,7 +85,7 @@ def alpha_from_correlation(sigma_height: Rough, correlation_length: AboveZero) -
     Beckmann & Spizzichino 1963.
 
     Example
-    >>> print(gn.roughness.alpha_from_correlation(sigma_height=0.28, correlation_length=2.0))  # both in micrometres
+    >>> print(gn.radiometry.roughness.alpha_from_correlation(sigma_height=0.28, correlation_length=2.0))  # in um
     0.28
     """
     height = sigma_height
@@ -97,7 +98,7 @@ def alpha_from_ward(alpha: Rough) -> Any:
     exp(-tan^2/alpha^2), Beckmann's. Ward 1992, SIGGRAPH.
 
     Example
-    >>> print(gn.roughness.alpha_from_ward(0.15))
+    >>> print(gn.radiometry.roughness.alpha_from_ward(0.15))
     0.15
     """
     return alpha
@@ -108,7 +109,7 @@ def ward_from_alpha(alpha: Rough) -> Any:
     """Ward's alpha = alpha; see `alpha_from_ward`.
 
     Example
-    >>> print(gn.roughness.ward_from_alpha(0.15))
+    >>> print(gn.radiometry.roughness.ward_from_alpha(0.15))
     0.15
     """
     return alpha
@@ -122,7 +123,7 @@ def alpha_from_blinn_phong_n(n: Rough) -> Any:
     """alpha = sqrt(2/(n + 2)), n the exponent of cos(theta_m): same D at the pole. Walter et al. 2007.
 
     Example
-    >>> print(gn.roughness.alpha_from_blinn_phong_n([10, 100, 1000]).round(4))
+    >>> print(gn.radiometry.roughness.alpha_from_blinn_phong_n([10, 100, 1000]).round(4))
     [0.4082 0.14   0.0447]
     """
     return np.sqrt(2.0 / (n + 2.0))
@@ -133,7 +134,7 @@ def blinn_phong_n_from_alpha(alpha: AboveZero) -> Any:
     """n = 2/alpha^2 - 2; negative for alpha > 1. See `alpha_from_blinn_phong_n`.
 
     Example
-    >>> print(gn.roughness.blinn_phong_n_from_alpha(0.25))
+    >>> print(gn.radiometry.roughness.blinn_phong_n_from_alpha(0.25))
     30.0
     """
     return 2.0 / np.square(alpha) - 2.0
@@ -146,8 +147,8 @@ def blinn_phong_n_from_phong_n(n: Rough) -> Any:
     The mirror direction moves twice as far as the normal, so theta_r = 2 theta_h in the plane of incidence.
 
     Example
-    >>> n = gn.roughness.blinn_phong_n_from_phong_n(20.0)
-    >>> print(n, gn.roughness.alpha_from_blinn_phong_n(n).round(4))
+    >>> n = gn.radiometry.roughness.blinn_phong_n_from_phong_n(20.0)
+    >>> print(n, gn.radiometry.roughness.alpha_from_blinn_phong_n(n).round(4))
     80.0 0.1562
     """
     return 4.0 * n
@@ -158,7 +159,7 @@ def phong_n_from_blinn_phong_n(n: Rough) -> Any:
     """n_r = n/4; see `blinn_phong_n_from_phong_n`.
 
     Example
-    >>> print(gn.roughness.phong_n_from_blinn_phong_n(80.0))
+    >>> print(gn.radiometry.roughness.phong_n_from_blinn_phong_n(80.0))
     20.0
     """
     return n / 4.0
@@ -172,7 +173,7 @@ def alpha_from_perceptual(roughness: Rough) -> Any:
     """alpha = roughness^2: Disney (Burley 2012), glTF 2.0, OpenPBR, MaterialX surface shaders, Filament, Unreal.
 
     Example
-    >>> print(gn.roughness.alpha_from_perceptual(0.5))
+    >>> print(gn.radiometry.roughness.alpha_from_perceptual(0.5))
     0.25
     """
     return np.square(roughness)
@@ -183,7 +184,7 @@ def perceptual_from_alpha(alpha: Rough) -> Any:
     """roughness = sqrt(alpha); see `alpha_from_perceptual`.
 
     Example
-    >>> print(gn.roughness.perceptual_from_alpha(0.25))
+    >>> print(gn.radiometry.roughness.perceptual_from_alpha(0.25))
     0.5
     """
     return np.sqrt(alpha)
@@ -194,7 +195,7 @@ def alpha_from_smoothness(smoothness: Share) -> Any:
     """alpha = (1 - smoothness)^2: "gloss" or "smoothness" maps, as in Unity.
 
     Example
-    >>> print(round(gn.roughness.alpha_from_smoothness(0.7), 4))
+    >>> print(round(gn.radiometry.roughness.alpha_from_smoothness(0.7), 4))
     0.09
     """
     return np.square(1.0 - smoothness)
@@ -205,7 +206,7 @@ def smoothness_from_alpha(alpha: Share) -> Any:
     """smoothness = 1 - sqrt(alpha); see `alpha_from_smoothness`.
 
     Example
-    >>> print(gn.roughness.smoothness_from_alpha(0.25))
+    >>> print(gn.radiometry.roughness.smoothness_from_alpha(0.25))
     0.5
     """
     return 1.0 - np.sqrt(alpha)
@@ -216,7 +217,7 @@ def alpha_from_pbrt(roughness: Rough) -> Any:
     """alpha = sqrt(roughness): pbrt-v4 where "remaproughness" is true, its default.
 
     Example
-    >>> print(gn.roughness.alpha_from_pbrt(0.25))
+    >>> print(gn.radiometry.roughness.alpha_from_pbrt(0.25))
     0.5
     """
     return np.sqrt(roughness)
@@ -227,7 +228,7 @@ def pbrt_from_alpha(alpha: Rough) -> Any:
     """roughness = alpha^2; see `alpha_from_pbrt`.
 
     Example
-    >>> print(gn.roughness.pbrt_from_alpha(0.5))
+    >>> print(gn.radiometry.roughness.pbrt_from_alpha(0.5))
     0.25
     """
     return np.square(alpha)
@@ -243,7 +244,7 @@ def alpha_from_pbrt_v3(roughness: Rough) -> Any:
     pbrt-v3's remapping, from 0.047 at 0.001 to 1.62 at 1.
 
     Example
-    >>> print(gn.roughness.alpha_from_pbrt_v3(0.1).round(4))
+    >>> print(gn.radiometry.roughness.alpha_from_pbrt_v3(0.1).round(4))
     0.4618
     """
     x = np.log(np.maximum(roughness, 1e-3))
@@ -255,7 +256,7 @@ def pbrt_v3_from_alpha(alpha: Any) -> Any:
     """The roughness in [0.001, 1] that pbrt-v3 remaps to alpha; see `alpha_from_pbrt_v3`. By bisection, to rounding.
 
     Example
-    >>> print(gn.roughness.pbrt_v3_from_alpha(0.3).round(4))
+    >>> print(gn.radiometry.roughness.pbrt_v3_from_alpha(0.3).round(4))
     0.0464
     """
     ends = alpha_from_pbrt_v3(1e-3), alpha_from_pbrt_v3(1.0)
@@ -276,7 +277,7 @@ def alphas_from_disney(roughness: Rough, anisotropic: Share) -> tuple[Any, Any]:
     """alpha_x = roughness^2/aspect, alpha_y = roughness^2 aspect, aspect = sqrt(1 - 0.9 anisotropic). Burley 2012.
 
     Example
-    >>> alpha_x, alpha_y = gn.roughness.alphas_from_disney(0.5, anisotropic=0.8)
+    >>> alpha_x, alpha_y = gn.radiometry.roughness.alphas_from_disney(0.5, anisotropic=0.8)
     >>> print(round(alpha_x, 4), round(alpha_y, 4))
     0.4725 0.1323
     """
@@ -291,7 +292,7 @@ def disney_from_alphas(alpha_x: AboveZero, alpha_y: Rough) -> tuple[Any, Any]:
     alpha_y/alpha_x = 0.1.
 
     Example
-    >>> roughness, anisotropic = gn.roughness.disney_from_alphas(0.4, 0.2)
+    >>> roughness, anisotropic = gn.radiometry.roughness.disney_from_alphas(0.4, 0.2)
     >>> print(round(roughness, 4), round(anisotropic, 4))
     0.5318 0.5556
     """
@@ -308,7 +309,7 @@ def alphas_from_openpbr(roughness: Rough, anisotropy: Share) -> tuple[Any, Any]:
     The mean of alpha_x^2 and alpha_y^2 stays roughness^4.
 
     Example
-    >>> alpha_x, alpha_y = gn.roughness.alphas_from_openpbr(0.5, anisotropy=0.8)
+    >>> alpha_x, alpha_y = gn.radiometry.roughness.alphas_from_openpbr(0.5, anisotropy=0.8)
     >>> print(round(alpha_x, 4), round(alpha_y, 4))
     0.3467 0.0693
     """
@@ -322,7 +323,7 @@ def openpbr_from_alphas(alpha_x: AboveZero, alpha_y: Rough) -> tuple[Any, Any]:
     """(roughness, anisotropy) of alpha_x >= alpha_y; see `alphas_from_openpbr`.
 
     Example
-    >>> roughness, anisotropy = gn.roughness.openpbr_from_alphas(0.4, 0.2)
+    >>> roughness, anisotropy = gn.radiometry.roughness.openpbr_from_alphas(0.4, 0.2)
     >>> print(round(roughness, 4), round(anisotropy, 4))
     0.5623 0.5
     """
@@ -337,7 +338,7 @@ def alphas_from_gltf(roughness: Rough, anisotropy_strength: Share) -> tuple[Any,
     """alpha_x = a + (1 - a) strength^2, alpha_y = a = roughness^2, x the tangent. KHR_materials_anisotropy.
 
     Example
-    >>> alpha_x, alpha_y = gn.roughness.alphas_from_gltf(0.5, anisotropy_strength=0.8)
+    >>> alpha_x, alpha_y = gn.radiometry.roughness.alphas_from_gltf(0.5, anisotropy_strength=0.8)
     >>> print(round(alpha_x, 4), round(alpha_y, 4))
     0.73 0.25
     """
@@ -350,7 +351,7 @@ def gltf_from_alphas(alpha_x: Share, alpha_y: BelowOne) -> tuple[Any, Any]:
     """(roughness, anisotropy strength) of 1 >= alpha_x >= alpha_y, alpha_y < 1; see `alphas_from_gltf`.
 
     Example
-    >>> roughness, strength = gn.roughness.gltf_from_alphas(0.4, 0.2)
+    >>> roughness, strength = gn.radiometry.roughness.gltf_from_alphas(0.4, 0.2)
     >>> print(round(roughness, 4), round(strength, 4))
     0.4472 0.5
     """
@@ -369,7 +370,7 @@ def oren_nayar_sigma_from_rms_slope(rms_slope: Rough) -> Any:
     which for small angles is their slope along the V-cavities' cross-section. Oren & Nayar 1994.
 
     Example
-    >>> print(gn.roughness.oren_nayar_sigma_from_rms_slope(0.3).round(4))
+    >>> print(gn.radiometry.roughness.oren_nayar_sigma_from_rms_slope(0.3).round(4))
     0.2915
     """
     return np.arctan(rms_slope)
@@ -382,7 +383,10 @@ def rms_slope_from_oren_nayar_sigma(
     """RMS slope = tan(sigma), sigma in radians; see `oren_nayar_sigma_from_rms_slope`.
 
     Example
-    >>> print(gn.roughness.rms_slope_from_oren_nayar_sigma(0.3).round(4))
+    >>> print(gn.radiometry.roughness.rms_slope_from_oren_nayar_sigma(0.3).round(4))
     0.3093
     """
     return np.tan(sigma)
+
+
+__all__, __dir__ = own_names(globals())

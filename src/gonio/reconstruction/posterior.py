@@ -16,7 +16,7 @@ from ..errors import ParameterError, shown
 from ..fitting.samples import Samples, names_of
 from ..integrals.albedo import albedo
 from ..tables.gridded import Gridded
-from .reflectance_basis import ReflectanceBasis, Rows
+from .basis import ReflectanceBasis, Rows
 
 DISCREPANCIES = [0.0, *np.geomspace(0.005, 1.0, 9).tolist()]
 """Standard deviations of ln f that are tried for what a material has beside the basis."""
@@ -83,8 +83,8 @@ class Reconstruction:
 
     Example
     >>> m = gn.material("blue-fabric")
-    >>> planned = gn.plan_table(10)
-    >>> found = gn.reconstruct((planned.wi, planned.wo, m.f(planned.wi, planned.wo)))
+    >>> planned = gn.planning.plan_table(10)
+    >>> found = gn.reconstruction.reconstruct((planned.wi, planned.wo, m.f(planned.wi, planned.wo)))
     >>> print(found.coefficients.shape, found.reflectance.stored.shape)
     (3, 40) (90, 32, 9, 3)
     """
@@ -107,8 +107,8 @@ class Reconstruction:
     def __post_init__(self) -> None:
         if not isinstance(self.reflectance, Gridded) or not isinstance(self.basis, ReflectanceBasis):
             raise ParameterError(
-                f"Reconstruction(reflectance={shown(self.reflectance)}): expected what gn.reconstruct(data) makes; "
-                f"call that"
+                f"Reconstruction(reflectance={shown(self.reflectance)}): expected what "
+                f"gn.reconstruction.reconstruct(data) makes; call that"
             )
 
     @property
@@ -116,7 +116,7 @@ class Reconstruction:
         """Standard deviations of the coefficients, of their shape; 1 where nothing is known, if `widening` is 1.
 
         Example
-        >>> found = gn.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.05]))
+        >>> found = gn.reconstruction.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.05]))
         >>> print((found.stderr <= 1.0).all(), found.stderr.min() < 0.9)
         True True
         """
@@ -129,7 +129,8 @@ class Reconstruction:
 
         Example
         >>> wi, wo = gn.direction([0.5, 0.5], 0.0), gn.direction([0.5, 0.3], [np.pi, 2.0])
-        >>> print(gn.reconstruct((wi, wo, [0.2, 0.1])).error < gn.reconstruct((wi[:1], wo[:1], [0.2])).error)
+        >>> both = gn.reconstruction.reconstruct((wi, wo, [0.2, 0.1]))
+        >>> print(both.error < gn.reconstruction.reconstruct((wi[:1], wo[:1], [0.2])).error)
         True
         """
         squares = np.tensordot(self.basis.weights, self.log_u**2, 3)
@@ -142,7 +143,7 @@ class Reconstruction:
         """Two tables, between which f lies with this probability, node by node.
 
         Example
-        >>> found = gn.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.2]))
+        >>> found = gn.reconstruction.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.2]))
         >>> low, high = found.interval(0.95)
         >>> at = gn.direction(0.5, 0.0), gn.direction(0.5, 2.0)
         >>> print(low.f(*at) < 0.2 < high.f(*at))
@@ -162,9 +163,9 @@ class Reconstruction:
         What the basis does not hold is drawn as one deviation for a whole table.
 
         Example
-        >>> wi, wo = gn.Goniometer(step_theta=np.radians(15), in_plane=True).pairs()
+        >>> wi, wo = gn.planning.Goniometer(step_theta=np.radians(15), in_plane=True).pairs()
         >>> m = gn.material("blue-fabric")
-        >>> found = gn.reconstruct((wi, wo, m.f(wi, wo)))
+        >>> found = gn.reconstruction.reconstruct((wi, wo, m.f(wi, wo)))
         >>> spread = np.std([gn.albedo(t, [0, 0, 1]) for t in found.draws(20)], axis=0)
         >>> print(np.all(spread < 0.1 * gn.albedo(found.reflectance, [0, 0, 1])))
         True
@@ -193,7 +194,7 @@ class Reconstruction:
         """The result as numbers, lists and words, without the table.
 
         Example
-        >>> found = gn.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.2]))
+        >>> found = gn.reconstruction.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.2]))
         >>> print(sorted(found.to_json())[:4])
         ['basis', 'chi2', 'coefficients', 'covariance']
         """

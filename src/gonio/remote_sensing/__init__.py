@@ -5,15 +5,15 @@ to pi/2, and phi between their azimuths, 0 where the viewer stands on the side o
 They may be numbers, or arrays of any library, of xarray, pandas and Dask; all broadcast, by name where axes have names.
 """
 
-from .correction import brf as brf
-from .correction import c_factor as c_factor
-from .correction import nbar as nbar
-from .fitting import KernelFit as KernelFit
-from .fitting import fit_kernels as fit_kernels
-from .kernels import li_dense_r as li_dense_r
-from .kernels import li_sparse_r as li_sparse_r
-from .kernels import ross_thick as ross_thick
-from .kernels import ross_thick_hotspot as ross_thick_hotspot
-from .kernels import ross_thin as ross_thin
-from .kernels import roujean_geometric as roujean_geometric
-from .kernels import roujean_volumetric as roujean_volumetric
+from ..declared.namespace import on_use
+
+__getattr__, __dir__, __all__ = on_use(
+    __name__,
+    {
+        **dict.fromkeys(("black_sky_albedo", "blue_sky_albedo", "white_sky_albedo"), "integrals.albedo"),
+        **dict.fromkeys(("brf", "c_factor", "nbar"), "remote_sensing.correction"),
+        "fit_kernels": "remote_sensing.fitting",
+        **dict.fromkeys(("li_dense_r", "li_sparse_r", "ross_thick", "ross_thick_hotspot"), "remote_sensing.kernels"),
+        **dict.fromkeys(("ross_thin", "roujean_geometric", "roujean_volumetric"), "remote_sensing.kernels"),
+    },
+)

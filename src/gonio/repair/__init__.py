@@ -8,9 +8,7 @@ Every function takes a Gridded measurement and returns a new one, with one more 
 independent errors, if a function does not say otherwise. gonio never repairs anything without being asked.
 """
 
-from __future__ import annotations
-
-from ..base.history import Repair as Repair
+from ..declared.namespace import own_names
 from .apertures import aperture_averaged as aperture_averaged
 from .apertures import aperture_removed as aperture_removed
 from .apertures import through_aperture as through_aperture
@@ -21,3 +19,5 @@ from .resampling import resample as resample
 from .scans import merge_scans as merge_scans
 from .signature import subtract_signature as subtract_signature
 from .symmetry import symmetrize as symmetrize
+
+__all__, __dir__ = own_names(globals())

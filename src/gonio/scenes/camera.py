@@ -22,11 +22,11 @@ class View(Parametrised):
     positions are `vector(...)`s, which pictures move to where they see the scene from.
 
     Example
-    >>> print(gn.View.unwritten(), gn.Camera.unwritten())
+    >>> print(gn.scenes.View.unwritten(), gn.scenes.Camera.unwritten())
     ['ray'] []
     """
 
-    noun: ClassVar[str] = "a camera: gn.Camera(eye, target=(x, y, z))"
+    noun: ClassVar[str] = "a camera: gn.scenes.Camera(eye, target=(x, y, z))"
 
     eye = vector((0.0, -4.0, 0.0), "where the camera is [m]")
     target = vector((0.0, 0.0, 0.0), "what is in the middle of the picture [m]")
@@ -38,7 +38,7 @@ class View(Parametrised):
         """A camera writes `ray`.
 
         Example
-        >>> print(gn.View.unwritten(), gn.Camera.unwritten())
+        >>> print(gn.scenes.View.unwritten(), gn.scenes.Camera.unwritten())
         ['ray'] []
         """
         return ["ray"] if cls.ray is View.ray else []
@@ -48,7 +48,7 @@ class View(Parametrised):
         right and y up, from -1 to 1.
 
         Example
-        >>> o, d = gn.Camera([0.0, -3.0, 0.0]).ray(0.0, 0.0)
+        >>> o, d = gn.scenes.Camera([0.0, -3.0, 0.0]).ray(0.0, 0.0)
         >>> print(o.y, d.y)
         -3.0 1.0
         """
@@ -59,7 +59,7 @@ class View(Parametrised):
         or nothing is known.
 
         Example
-        >>> print(gn.OrthographicCamera(width=4.0).places(np.array([[1.0, 0.0, 2.0]])))
+        >>> print(gn.scenes.OrthographicCamera(width=4.0).places(np.array([[1.0, 0.0, 2.0]])))
         [[0.5 1. ]]
         """
         return None
@@ -90,7 +90,7 @@ class Camera(View):
     Source   the pinhole camera: PBRT-4 section 5.2.2.
 
     Example
-    >>> camera = gn.Camera([2.0, -4.0, 1.5], target=[0.0, 0.0, 0.2], field_of_view=0.5)
+    >>> camera = gn.scenes.Camera([2.0, -4.0, 1.5], target=[0.0, 0.0, 0.2], field_of_view=0.5)
     >>> picture = gn.render(gn.material("gold"), size=16, samples=4, camera=camera)
     >>> print(picture.pixels.shape)
     (16, 16, 3)
@@ -121,7 +121,7 @@ class OrthographicCamera(View):
     Source   orthographic projection.
 
     Example
-    >>> camera = gn.OrthographicCamera([0.0, -4.0, 4.0], width=2.2)
+    >>> camera = gn.scenes.OrthographicCamera([0.0, -4.0, 4.0], width=2.2)
     >>> print(gn.render(gn.material("gold"), size=16, samples=4, camera=camera).alpha.max())
     1.0
     """

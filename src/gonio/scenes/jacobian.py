@@ -50,7 +50,7 @@ def picture_jacobian(
 
     Example
     >>> sky = gn.ConstantLight(1.0)
-    >>> picture, slopes = gn.picture_jacobian(gn.Lambertian(0.5), sky, by=["rho", "lights.0.radiance"], size=16)
+    >>> picture, slopes = gn.scenes.picture_jacobian(gn.Lambertian(0.5), sky, by=["rho", "lights.0.radiance"], size=16)
     >>> print(picture.pixels[8, 8].round(3), slopes["rho"].pixels[8, 8].round(3))
     [0.5] [1.]
     """

@@ -22,7 +22,7 @@ CREASE = math.radians(40.0)
 
 
 class Mesh:
-    """Triangles with a material, and light of their own: `gn.Mesh("bunny.ply", material)`.
+    """Triangles with a material, and light of their own: `gn.scenes.Mesh("bunny.ply", material)`.
 
     `shape`: a file (.ply, .obj, .stl, .off; its triangles alone, no other file that it names), or vertices (V, 3) and
     faces (F, 3), or (F, 4) for quadrilaterals: numbers of vertices, counterclockwise as seen from the front.
@@ -39,7 +39,7 @@ class Mesh:
 
     Example
     >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
-    >>> gn.Mesh(square, gn.Lambertian(0.5))
+    >>> gn.scenes.Mesh(square, gn.Lambertian(0.5))
     Mesh(4 vertices, 2 triangles, Lambertian(rho=0.5))
     """
 
@@ -87,7 +87,7 @@ class Mesh:
         """Unit normals of the faces (F, 3), and where some edges are smoothed those of their corners too, (F, 12).
 
         Example
-        >>> print(gn.Mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).normals)
+        >>> print(gn.scenes.Mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).normals)
         [[0. 0. 1.]]
         """
         smooth = smoothed(self.triangles, self.crease)
@@ -99,7 +99,7 @@ class Mesh:
 
         Example
         >>> corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]
-        >>> print(gn.Mesh(corner, uv=[[0, 1], [1, 1], [0, 0]]).places)
+        >>> print(gn.scenes.Mesh(corner, uv=[[0, 1], [1, 1], [0, 0]]).places)
         [[0. 1. 1. 1. 0. 0. 1. 0. 0.]]
         """
         if self.uv is None:

@@ -76,15 +76,15 @@ def render(
     over the covered part of a pixel (`premultiplied` is False), and before black the picture is `light`, their product
     with `alpha`, which other renderers write.
 
-    `shape`: "sphere" or another shape by its name (`docs/light.md` shows them), the file of a mesh, a `gn.Mesh`, or a
-    `gn.Scene` of several with materials of their own, which `gn.render(scene)` shows without another; or a surface of
-    `gn.surfaces`, of which one period lies flat. Meshes
+    `shape`: "sphere" or another shape by its name (`docs/light.md` shows them), the file of a mesh, a `gn.scenes.Mesh`,
+    or a `gn.Scene` of several with materials of their own, which `gn.render(scene)` shows without another; or a surface
+    of `gn.surfaces`, of which one period lies flat. Meshes
     shadow themselves and each other, from any light: shadows of lights with extent are soft. Their backs are black,
-    unless a material is seen from behind too. `camera`: `gn.Camera` or `gn.OrthographicCamera`; by default it is far
-    away, looks along +y, and sees the whole shape. `ground`: the material of a level plane under everything, which
-    takes shadows; the default camera then looks down at it. `backdrop`: whether lights with extent are seen behind
-    everything, such as an environment; alpha is 1 then. Meshes with their camera and lights may be anywhere, up to 1e7
-    of their sizes from the origin: they are moved to their own middle, in double precision.
+    unless a material is seen from behind too. `camera`: `gn.scenes.Camera` or `gn.scenes.OrthographicCamera`; by
+    default it is far away, looks along +y, and sees the whole shape. `ground`: the material of a level plane under
+    everything, which takes shadows; the default camera then looks down at it. `backdrop`: whether lights with extent
+    are seen behind everything, such as an environment; alpha is 1 then. Meshes with their camera and lights may be
+    anywhere, up to 1e7 of their sizes from the origin: they are moved to their own middle, in double precision.
 
     `lights`: a light or several; by default `EnvironmentLight.studio()`, and its luminance, alike in all channels, for
     materials whose channels are no colours (bands of a satellite, say), of which the picture has as many channels.
@@ -108,9 +108,10 @@ def render(
     that keeps the sums meanwhile; the same call goes on from there after it was interrupted, or killed, and gives
     the same picture to the last bit. With more samples it goes on from a picture that is done.
 
-    `gn.threads()` threads share the picture (`gn.threads(n)`, GONIO_THREADS, the affinity and a container's limit set
-    how many); the same arguments and seed give the same picture on any number of them. `progress(done, total)` is
-    called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas 1995.
+    `gn.engine.threads()` threads share the picture (`gn.engine.threads(n)`, GONIO_THREADS, the affinity and a
+    container's limit set how many); the same arguments and seed give the same picture on any number of them.
+    `progress(done, total)` is called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas
+    1995.
 
     Example
     >>> picture = gn.render(gn.material("gold"), gn.EnvironmentLight.studio(height=32), size=16, samples=4)

@@ -12,20 +12,21 @@ from .mesh import Mesh
 
 
 class Scene:
-    """Parts, each with a material: `gn.Scene([gn.Mesh(...), gn.Mesh(...)])`. In a picture, `gn.render(m, shape=scene)`,
-    those without one have that of the picture.
+    """Parts, each with a material: `gn.Scene([gn.scenes.Mesh(...), gn.scenes.Mesh(...)])`. In a picture, `gn.render(m,
+    shape=scene)`, those without one have that of the picture.
 
     Example
     >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
     >>> ceiling = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [[0, 1, 2, 3]]
-    >>> scene = gn.Scene([gn.Mesh(floor, gn.Lambertian(0.5)), gn.Mesh(ceiling, gn.Lambertian(0.8), exitance=1.0)])
+    >>> lit = gn.scenes.Mesh(ceiling, gn.Lambertian(0.8), exitance=1.0)
+    >>> scene = gn.Scene([gn.scenes.Mesh(floor, gn.Lambertian(0.5)), lit])
     >>> print(len(scene.parts))
     2
     """
 
     _repr_html_ = repr_html
 
-    noun = "a scene: gn.Scene([gn.Mesh(shape, material)])"
+    noun = "a scene: gn.Scene([gn.scenes.Mesh(shape, material)])"
 
     @checked
     def __init__(self, parts: Any):
@@ -33,7 +34,7 @@ class Scene:
         others = [part for part in given if not isinstance(part, Mesh)]
         if others or not given:
             got = shown(others[0]) if others else "none"
-            raise ParameterError(f"Scene: got {got}, expected meshes: gn.Mesh(file, material)")
+            raise ParameterError(f"Scene: got {got}, expected meshes: gn.scenes.Mesh(file, material)")
         self.parts: tuple[Mesh, ...] = tuple(given)
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -124,7 +124,7 @@ def _holder(shape: Any) -> Mesh | Scene:
     words = f"{', '.join(map(repr, SHAPES))}, or the file of a mesh"
     if isinstance(shape, str):
         raise ParameterError(f"shape={shape!r:.60}: expected one of {words}{suggestion(shape, SHAPES)}")
-    kinds = f"{words}; or a gn.Mesh, a gn.Scene, a surface of gn.surfaces"
+    kinds = f"{words}; or a gn.scenes.Mesh, a gn.Scene, a surface of gn.surfaces"
     raise ParameterError(f"render(shape={shown(shape)}): expected a word, one of {kinds}")
 
 

@@ -45,7 +45,7 @@ class StokesPicture:
 
     Example
     >>> sun = gn.DistantLight(gn.direction(0.9, 0.4), irradiance=3.0)
-    >>> picture = gn.render_stokes(gn.Coated(gn.Lambertian(0.5)), sun, size=16, samples=4)
+    >>> picture = gn.scenes.render_stokes(gn.Coated(gn.Lambertian(0.5)), sun, size=16, samples=4)
     >>> print(picture.pixels.shape, picture.dop().pixels.max() <= 1.0)
     (16, 16, 1, 4) True
     """
@@ -61,7 +61,7 @@ class StokesPicture:
 
         Example
         >>> sun = gn.DistantLight(gn.direction(0.9, 0.4), irradiance=3.0)
-        >>> print(gn.render_stokes(gn.Lambertian(0.5), sun, size=16, samples=4).radiance.pixels.shape)
+        >>> print(gn.scenes.render_stokes(gn.Lambertian(0.5), sun, size=16, samples=4).radiance.pixels.shape)
         (16, 16, 1)
         """
         return Image(np.ascontiguousarray(self.pixels[..., 0]), self.alpha)
@@ -72,7 +72,7 @@ class StokesPicture:
 
         Example
         >>> sun = gn.DistantLight(gn.direction(0.9, 0.4), irradiance=3.0)
-        >>> picture = gn.render_stokes(gn.Lambertian(0.5), sun, size=16, samples=4)
+        >>> picture = gn.scenes.render_stokes(gn.Lambertian(0.5), sun, size=16, samples=4)
         >>> print(np.allclose(picture.through(0.3).pixels, 0.5 * picture.radiance.pixels))
         True
         """
@@ -85,7 +85,7 @@ class StokesPicture:
 
         Example
         >>> sun = gn.DistantLight(gn.direction(0.9, 0.4), irradiance=3.0)
-        >>> print(gn.render_stokes(gn.Lambertian(0.5), sun, size=16, samples=4).dop().pixels.max())
+        >>> print(gn.scenes.render_stokes(gn.Lambertian(0.5), sun, size=16, samples=4).dop().pixels.max())
         0.0
         """
         weights = LUMINANCE if self.pixels.shape[2] == 3 else np.full(self.pixels.shape[2], 1.0 / self.pixels.shape[2])
@@ -114,7 +114,8 @@ def render_stokes(
 
     Example
     >>> sun = gn.DistantLight([0.0, -1.0, 0.0], irradiance=3.0)
-    >>> picture = gn.render_stokes(gn.IdealSpecular() + gn.Lambertian(0.2), sun, size=16, samples=4, polarizer=0.0)
+    >>> m = gn.IdealSpecular() + gn.Lambertian(0.2)
+    >>> picture = gn.scenes.render_stokes(m, sun, size=16, samples=4, polarizer=0.0)
     >>> crossed, along = picture.through(np.pi / 2), picture.through(0.0)
     >>> print(np.allclose(crossed.pixels, along.pixels))  # what is matt leaves unpolarized
     True

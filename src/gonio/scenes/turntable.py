@@ -29,7 +29,7 @@ from .stage import Stage
 
 
 @checked
-def turntable(
+def write_turntable(
     m: Reflectance | Scene,
     path: str | os.PathLike[str] | None = None,
     lights: Light | Iterable[Light] | None = None,
@@ -60,7 +60,7 @@ def turntable(
 
     Example
     >>> light = gn.EnvironmentLight.studio(height=32)
-    >>> pictures = gn.turntable(gn.material("gold"), "gold.png", light, frames=3, size=16, samples=4)
+    >>> pictures = gn.scenes.write_turntable(gn.material("gold"), "gold.png", light, frames=3, size=16, samples=4)
     >>> print(len(pictures), pictures[1])
     3 Image(16 x 16, 3 channels, alpha)
     """

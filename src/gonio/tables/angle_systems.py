@@ -64,7 +64,7 @@ class AngleSystem(NamedTuple):
     pairs      angles, NumPy arrays -> wi and wo (..., 3)
     coarse     default nodes of a dataset
     fine       default nodes of `gonio.repair.resample`
-    tabulated  default nodes of `gonio.tabulate`; None if it makes no such tables
+    tabulated  default nodes of `gonio.tables.tabulate`; None if it makes no such tables
     exchange   axis -> the axis that has its angle when wi and wo are exchanged, with a sign and a shift; without axes
                whose angle then follows from several
     """

@@ -42,7 +42,7 @@ def to_dataset(
     Raises ParameterError for a material with a delta lobe or with maps.
 
     Example
-    >>> ds = gn.to_dataset(gn.Lambertian(0.5), resolution=(4, 4, 8))
+    >>> ds = gn.tables.to_dataset(gn.Lambertian(0.5), resolution=(4, 4, 8))
     >>> print(dict(ds.sizes))
     {'theta_h': 4, 'theta_d': 4, 'phi_d': 8}
     """
@@ -65,13 +65,13 @@ def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
     Raises FormatError, which names the missing or wrong variable or attribute.
 
     Example
-    >>> ds = gn.to_dataset(gn.Lambertian(0.5), resolution=(4, 4, 8))
-    >>> print(gn.albedo(gn.from_dataset(ds), [0, 0, 1]).round(4))
+    >>> ds = gn.tables.to_dataset(gn.Lambertian(0.5), resolution=(4, 4, 8))
+    >>> print(gn.albedo(gn.tables.from_dataset(ds), [0, 0, 1]).round(4))
     0.4999
     """
     if not hasattr(type(ds), "data_vars"):
         raise ParameterError(
-            f"from_dataset(ds={shown(ds)}): expected an xarray.Dataset, such as gn.to_dataset(m) makes"
+            f"from_dataset(ds={shown(ds)}): expected an xarray.Dataset, such as gn.tables.to_dataset(m) makes"
         )
     return _measurement(ds, path, copied=True)
 

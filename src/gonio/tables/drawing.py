@@ -39,7 +39,7 @@ class Drawn(Reflectance):
 
     Example
     >>> from gonio.tables.drawing import Drawn
-    >>> table = gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 8))
+    >>> table = gn.tables.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 8))
     >>> print(isinstance(table, Drawn), (table.pdf(gn.direction(0.5, 0.0), [0, 0, 1]) > 0.0))
     True True
     """
@@ -110,7 +110,7 @@ class Sampled(Drawn, Measured):
 
     Example
     >>> from gonio.tables.drawing import Sampled
-    >>> print(isinstance(gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 8)), Sampled))
+    >>> print(isinstance(gn.tables.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 8)), Sampled))
     True
     """
 

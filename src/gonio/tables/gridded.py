@@ -46,7 +46,7 @@ class Gridded(Interpolated):
 
     Shapes   values, uncertainty: (grid...) or (grid..., C). f: (...) or (..., C).
     Units    f: 1/sr; `values` those of `quantity`, a name in `quantities.QUANTITIES`.
-    Error    at nodes rounding; between nodes that of linear interpolation, which `gn.tabulate` measures.
+    Error    at nodes rounding; between nodes that of linear interpolation, which `gn.tables.tabulate` measures.
     Source   definition; angles of half_difference: Rusinkiewicz 1998, "A new change of variables for efficient BRDF
              representation".
 
@@ -154,7 +154,7 @@ class Gridded(Interpolated):
         """Itself.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> m = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(m.as_grid() is m)
         True
         """
@@ -278,7 +278,7 @@ class Gridded(Interpolated):
         """The same grid with other f [1/sr] at its nodes, stored in the same quantity; `about` is added to its own.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> m = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(gn.albedo(m.with_brdf(0.5 * m.brdf(), comment="dimmed"), [0, 0, 1]).round(4))
         0.25
         """
@@ -312,7 +312,7 @@ class Gridded(Interpolated):
         For many tables of much the same f with data at the same nodes; f is that of `with_brdf`.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> m = gn.tables.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(gn.albedo(m.redrawn(0.5 * m.brdf()), [0, 0, 1]).round(4))
         0.25
         """

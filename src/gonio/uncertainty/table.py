@@ -39,7 +39,7 @@ class TableErrors:
     def __init__(self, m: Reflectance, correlation: Any, scale: float | None = None):
         if not isinstance(m, Gridded):
             raise ParameterError(
-                f"{m!r:.80}: expected a measured table; gn.tabulate makes a table of any "
+                f"{m!r:.80}: expected a measured table; gn.tables.tabulate makes a table of any "
                 f"reflectance, and t.with_brdf(t.brdf(), u) gives it the standard uncertainties u [1/sr]"
             )
         self.m = m

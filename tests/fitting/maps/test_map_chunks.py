@@ -1,4 +1,4 @@
-"""`gn.fit_map_chunks`: what `fit_map` gives, chunk by chunk, from store to store; stopped runs go on."""
+"""`gn.fitting.fit_map_chunks`: what `fit_map` gives, chunk by chunk, from store to store; stopped runs go on."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def scan(tmp_path):
     data = xarray.DataArray(f, dims=("y", "x", "observation"), coords={"y": np.arange(10.0)}, name="f")
     data.chunk(y=4, x=4).to_dataset().to_zarr(tmp_path / "scan.zarr", consolidated=False)
     opened = xarray.open_zarr(tmp_path / "scan.zarr", consolidated=False)["f"]
-    return wi, wo, opened, gn.fit_map(wi, wo, f, gn.OrenNayar())
+    return wi, wo, opened, gn.fitting.fit_map(wi, wo, f, gn.OrenNayar())
 
 
 def same(found, whole):
@@ -53,7 +53,7 @@ def same(found, whole):
 
 def test_without_output_nothing_is_computed_yet(scan):
     wi, wo, f, whole = scan
-    found = gn.fit_map_chunks(wi, wo, f.transpose("observation", "y", "x"), gn.OrenNayar())
+    found = gn.fitting.fit_map_chunks(wi, wo, f.transpose("observation", "y", "x"), gn.OrenNayar())
     assert found["rho"].chunks == ((4, 4, 2), (4, 3)) and found["flags"].dtype == np.uint8
     same(found.compute(scheduler="synchronous"), whole)
 
@@ -76,7 +76,7 @@ class _Sent(Executor):
 def test_from_store_to_store(scan, tmp_path, scheduler):
     wi, wo, f, whole = scan
     counts = []
-    found = gn.fit_map_chunks(
+    found = gn.fitting.fit_map_chunks(
         wi, wo, f, gn.OrenNayar(), output=tmp_path / "out.zarr", scheduler=scheduler,
         progress=lambda done, total: counts.append((done, total)),
     )  # fmt: skip
@@ -95,23 +95,23 @@ def test_a_stopped_run_goes_on(scan, tmp_path, monkeypatch):
         done.append(job[1])
 
     monkeypatch.setattr(map_chunks, "_fit_chunk", counted)
-    before = gn.threads()
+    before = gn.engine.threads()
     try:
-        gn.threads(1)
+        gn.engine.threads(1)
         with pytest.raises(OSError, match="the machine stops"):
-            gn.fit_map_chunks(wi, wo, f, gn.OrenNayar(), output=tmp_path / "out.zarr")
+            gn.fitting.fit_map_chunks(wi, wo, f, gn.OrenNayar(), output=tmp_path / "out.zarr")
         first, done[:] = list(done), []
         monkeypatch.setattr(map_chunks, "_fit_chunk", lambda job: (original(job), done.append(job[1])))
-        same(gn.fit_map_chunks(wi, wo, f, gn.OrenNayar(), output=tmp_path / "out.zarr"), whole)
+        same(gn.fitting.fit_map_chunks(wi, wo, f, gn.OrenNayar(), output=tmp_path / "out.zarr"), whole)
     finally:
-        gn.threads(before)
+        gn.engine.threads(before)
     assert len(first) == 3 and len(done) == 3 and not {*first} & {*done}
     with pytest.raises(gn.errors.ParameterError, match="another model"):
-        gn.fit_map_chunks(wi, wo, f, gn.Lambertian(), output=tmp_path / "out.zarr")
+        gn.fitting.fit_map_chunks(wi, wo, f, gn.Lambertian(), output=tmp_path / "out.zarr")
 
 
 def fitted(folder, f, wi, wo, model=None, **options):
-    return gn.fit_map_chunks(wi, wo, f, model or gn.OrenNayar(), output=folder / "out.zarr", **options)
+    return gn.fitting.fit_map_chunks(wi, wo, f, model or gn.OrenNayar(), output=folder / "out.zarr", **options)
 
 
 @pytest.fixture
@@ -241,5 +241,5 @@ def test_channels_and_directions_by_texel(scan):
     f = f.load()
     bright = xarray.concat([f, 0.5 * f], "band")
     by_texel = xarray.DataArray(np.broadcast_to(wi, (7, 6, 3)), dims=("x", "observation", "xyz"))
-    whole = gn.fit_map(wi, wo, np.moveaxis(bright.values, 0, -1), gn.OrenNayar(), coloured=True)
-    same(gn.fit_map_chunks(by_texel, wo, bright.chunk(y=5), gn.OrenNayar()).compute(), whole)
+    whole = gn.fitting.fit_map(wi, wo, np.moveaxis(bright.values, 0, -1), gn.OrenNayar(), coloured=True)
+    same(gn.fitting.fit_map_chunks(by_texel, wo, bright.chunk(y=5), gn.OrenNayar()).compute(), whole)

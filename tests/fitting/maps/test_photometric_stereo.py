@@ -1,4 +1,5 @@
-"""`gn.photometric_stereo` and `gn.observations`: images under known lights give normals, albedos, and any model."""
+"""`gn.reconstruction.photometric_stereo` and `gn.reconstruction.texel_data`: images under known lights give normals,
+albedos, and any model."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ RGB = RHO * np.array([1.0, 0.5, 0.1])
 def directions(count):
     """Within 52 degrees of the camera."""
     k = np.arange(count)
-    return gn.to_world(gn.direction(np.arccos(1.0 - 0.38 * (k + 0.5) / count), 2.4 * k), normal=WO)
+    return gn.directions.to_world(gn.direction(np.arccos(1.0 - 0.38 * (k + 0.5) / count), 2.4 * k), normal=WO)
 
 
 def far(count):
@@ -47,7 +48,9 @@ def test_a_lambertian_sphere_is_recovered(lights, position, rho):
     images = pictures(gn.Lambertian(rho), lights)
     assert (images == 0.0).any(axis=0)[SPHERE].any()  # attached shadows
     gray = rho.shape[-1] == 1
-    found = gn.photometric_stereo(images[..., 0] if gray else images, lights, position=position, mask=SPHERE)
+    found = gn.reconstruction.photometric_stereo(
+        images[..., 0] if gray else images, lights, position=position, mask=SPHERE
+    )
     lit = np.where(SPHERE, (images.max(axis=-1) > 0.0).sum(axis=0), 0)
     assert (found.used == lit).all() and (lit < 3).sum() <= (~SPHERE).sum() + 1
     assert (found.flags == np.where(lit < 3, TOO_FEW, 0)).all() and np.isnan(found.normal[lit < 3]).all()
@@ -59,13 +62,13 @@ def test_a_lambertian_sphere_is_recovered(lights, position, rho):
 def test_a_near_lamp_taken_for_a_far_one_is_not():
     images = pictures(gn.Lambertian(RHO), near(8))[..., 0]
     lights = [gn.DistantLight(x.position, x.intensity / 2.5**2) for x in near(8)]
-    found = gn.photometric_stereo(images, lights, mask=SPHERE)
+    found = gn.reconstruction.photometric_stereo(images, lights, mask=SPHERE)
     assert np.degrees(np.nanmedian(angle(found.normal, NORMAL))) > 3.0
 
 
 def test_lamps_of_different_colours():
     lights = [gn.DistantLight(w, [1.0 + k % 3, 2.0, 3.0 - k % 2]) for k, w in enumerate(directions(8))]
-    found = gn.photometric_stereo(pictures(gn.Lambertian(RGB), lights), lights, mask=SPHERE)
+    found = gn.reconstruction.photometric_stereo(pictures(gn.Lambertian(RGB), lights), lights, mask=SPHERE)
     assert angle(found.normal, NORMAL)[SPHERE].max() < 1e-7
     assert np.allclose(found.albedo[SPHERE], RGB[SPHERE], rtol=1e-7)
 
@@ -85,7 +88,7 @@ def scene(count, channels=1, texels=4000, noise=0.01, seed=1):
 @pytest.mark.parametrize("known", [True, False])
 def test_standard_errors_are_those_that_noise_shows(channels, known):
     images, lights, normal, rho = scene(9, channels)
-    found = gn.photometric_stereo(images, lights, u=0.01 if known else None, coloured=True)
+    found = gn.reconstruction.photometric_stereo(images, lights, u=0.01 if known else None, coloured=True)
     z2 = (angle(found.normal, normal) / found.normal_stderr) ** 2
     z = (found.albedo - rho) / found.albedo_stderr
     if known:  # 4000 texels: the standard error of both means is 2.5 % at most
@@ -100,9 +103,9 @@ def test_standard_errors_are_those_that_noise_shows(channels, known):
 
 def test_the_common_normal_of_channels_is_surer_than_that_of_each():
     images, lights, normal, _ = scene(6, 3)
-    joint = angle(gn.photometric_stereo(images, lights, coloured=True).normal, normal)
-    mean = angle(gn.photometric_stereo(images.mean(axis=-1), lights, coloured=False).normal, normal)
-    single = angle(gn.photometric_stereo(images[..., 0], lights, coloured=False).normal, normal)
+    joint = angle(gn.reconstruction.photometric_stereo(images, lights, coloured=True).normal, normal)
+    mean = angle(gn.reconstruction.photometric_stereo(images.mean(axis=-1), lights, coloured=False).normal, normal)
+    single = angle(gn.reconstruction.photometric_stereo(images[..., 0], lights, coloured=False).normal, normal)
     assert np.square(joint).mean() < 0.97 * np.square(mean).mean() < 0.97 * np.square(single).mean()
 
 
@@ -110,12 +113,14 @@ def test_lights_that_a_texel_faces_away_from_are_left_out():
     lights = far(10)
     exact = pictures(gn.Lambertian(0.5 + 0.0 * RHO), lights)[..., 0]
     images = exact + np.abs(0.02 * np.random.default_rng(0).standard_normal(exact.shape))  # no value is 0
-    found = gn.photometric_stereo(images, lights, mask=SPHERE)
+    found = gn.reconstruction.photometric_stereo(images, lights, mask=SPHERE)
     facing = np.array([(NORMAL * w).sum(axis=-1) for w in directions(10)]) > 0.0
     assert np.abs(found.used - facing.sum(axis=0))[SPHERE].mean() < 0.3
     dark = SPHERE & (facing.sum(axis=0) < 10) & (facing.sum(axis=0) > 3)
     lamps = np.stack([w * light.irradiance for w, light in zip(directions(10), lights, strict=True)])
-    plain = gn.normalize(np.linalg.lstsq(lamps, images.reshape(10, -1), rcond=None)[0].T.reshape(SIZE, SIZE, 3))
+    plain = gn.directions.normalize(
+        np.linalg.lstsq(lamps, images.reshape(10, -1), rcond=None)[0].T.reshape(SIZE, SIZE, 3)
+    )
     assert angle(found.normal, NORMAL)[dark].mean() < 0.7 * angle(plain, NORMAL)[dark].mean()
 
 
@@ -123,19 +128,19 @@ def test_saturated_and_shadowed_values_are_left_out():
     lights = far(8)
     exact = pictures(gn.Lambertian(RGB), lights)
     clipped = np.minimum(exact, 0.5)
-    found = gn.photometric_stereo(clipped, lights, mask=SPHERE, saturation=0.5)
+    found = gn.reconstruction.photometric_stereo(clipped, lights, mask=SPHERE, saturation=0.5)
     enough = SPHERE & (found.used >= 3)
     assert (found.used[enough] < 8).any() and enough.sum() > 0.8 * SPHERE.sum()
     assert angle(found.normal, NORMAL)[enough].max() < 1e-6
-    assert angle(gn.photometric_stereo(clipped, lights, mask=SPHERE).normal, NORMAL)[enough].max() > 0.01
+    assert angle(gn.reconstruction.photometric_stereo(clipped, lights, mask=SPHERE).normal, NORMAL)[enough].max() > 0.01
     cast = exact.copy()
     cast[2, : SIZE // 2] = 0.003  # some light is left
-    found = gn.photometric_stereo(cast, lights, mask=SPHERE, shadow=0.004)
+    found = gn.reconstruction.photometric_stereo(cast, lights, mask=SPHERE, shadow=0.004)
     enough = SPHERE & (found.used >= 3)
     assert angle(found.normal, NORMAL)[enough].max() < 1e-6
     cast[2, : SIZE // 2] = np.nan
     masks = np.isfinite(cast[..., 0]) & SPHERE
-    found, masked = (gn.photometric_stereo(cast, lights, mask=m) for m in (SPHERE, masks))
+    found, masked = (gn.reconstruction.photometric_stereo(cast, lights, mask=m) for m in (SPHERE, masks))
     assert np.array_equal(found.normal, masked.normal, equal_nan=True)
     assert angle(found.normal, NORMAL)[enough].max() < 1e-6
 
@@ -144,10 +149,13 @@ def test_outliers_count_less():
     images, lights, normal, _ = scene(16)
     random = np.random.default_rng(3)
     images = np.where(random.random(images.shape) < 0.1, random.uniform(0.0, 3.0, images.shape), images)[..., 0]
-    off = {robust: angle(gn.photometric_stereo(images, lights, robust=robust).normal, normal) for robust in WORDS}
+    off = {
+        robust: angle(gn.reconstruction.photometric_stereo(images, lights, robust=robust).normal, normal)
+        for robust in WORDS
+    }
     assert all(off[robust].mean() < 0.35 * off["none"].mean() for robust in WORDS[1:])
     clean, lights, normal, _ = scene(32)
-    found = gn.photometric_stereo(clean[..., 0], lights, robust="cauchy")
+    found = gn.reconstruction.photometric_stereo(clean[..., 0], lights, robust="cauchy")
     z2 = (angle(found.normal, normal) / found.normal_stderr) ** 2
     assert np.isclose(np.median(z2), np.log(2.0), rtol=0.15)  # of a normal error in two dimensions
 
@@ -158,23 +166,25 @@ WORDS = ["none", "huber", "soft_l1", "cauchy"]
 def test_laws_of_scale_and_order():
     images, lights, *_ = scene(7, texels=50)
     images = images[..., 0]
-    found = gn.photometric_stereo(images, lights)
+    found = gn.reconstruction.photometric_stereo(images, lights)
     brighter = [light.replace({"irradiance": 40.0 * light.irradiance}) for light in lights]
     order = [3, 0, 6, 1, 5, 2, 4]
-    scaled = gn.photometric_stereo(40.0 * images, brighter)
-    turned = gn.photometric_stereo(images[order], [lights[k] for k in order])
+    scaled = gn.reconstruction.photometric_stereo(40.0 * images, brighter)
+    turned = gn.reconstruction.photometric_stereo(images[order], [lights[k] for k in order])
     for other in (scaled, turned):
         for name in ("normal", "albedo", "normal_stderr", "albedo_stderr", "used", "flags"):
             assert np.allclose(getattr(found, name), getattr(other, name), rtol=1e-9), name
     assert np.allclose(scaled.rms, 40.0 * found.rms)
-    assert np.allclose(gn.photometric_stereo(0.5 * images, lights).albedo, 0.5 * found.albedo)
+    assert np.allclose(gn.reconstruction.photometric_stereo(0.5 * images, lights).albedo, 0.5 * found.albedo)
 
 
 def test_blocks_of_texels_change_nothing(monkeypatch):
     images = pictures(gn.Lambertian(RGB), near(6)) + 0.01 * np.random.default_rng(5).standard_normal(())
-    whole = gn.photometric_stereo(images, near(6), position=NORMAL, robust="huber", u=np.full(images.shape, 0.01))
+    whole = gn.reconstruction.photometric_stereo(
+        images, near(6), position=NORMAL, robust="huber", u=np.full(images.shape, 0.01)
+    )
     monkeypatch.setattr("gonio.fitting.maps.photometric_stereo.AT_ONCE", 37)
-    parts = gn.photometric_stereo(images, near(6), position=NORMAL, robust="huber", u=0.01)
+    parts = gn.reconstruction.photometric_stereo(images, near(6), position=NORMAL, robust="huber", u=0.01)
     for name in ("normal", "albedo", "normal_stderr", "rms", "used", "flags"):
         assert np.allclose(getattr(whole, name), getattr(parts, name), equal_nan=True), name
 
@@ -182,32 +192,34 @@ def test_blocks_of_texels_change_nothing(monkeypatch):
 def test_texels_without_an_answer_are_flagged():
     images, lights, *_ = scene(4, texels=5)
     images = images[..., 0]
-    none = gn.photometric_stereo(images, lights, mask=np.zeros(5, bool))
+    none = gn.reconstruction.photometric_stereo(images, lights, mask=np.zeros(5, bool))
     assert (none.flags == TOO_FEW).all() and np.isnan(none.normal).all() and not none.used.any()
     in_plane = [gn.DistantLight(gn.direction(t, 0.3)) for t in (0.1, 0.4, 0.7, -0.2)]
-    flat = gn.photometric_stereo(images, in_plane)
+    flat = gn.reconstruction.photometric_stereo(images, in_plane)
     assert (flat.flags == UNDETERMINED).all() and np.isnan(flat.albedo).all()
-    for w in gn.normalize(np.random.default_rng(0).normal(size=(20, 2, 3)) + np.array([0.0, 0.0, 3.0])):
+    for w in gn.directions.normalize(np.random.default_rng(0).normal(size=(20, 2, 3)) + np.array([0.0, 0.0, 3.0])):
         lamps = [gn.DistantLight(w[0] + s * (w[1] - w[0])) for s in (0.0, 0.3, 0.7, 1.0)]
-        assert (gn.photometric_stereo(images, lamps).flags == UNDETERMINED).all()
+        assert (gn.reconstruction.photometric_stereo(images, lamps).flags == UNDETERMINED).all()
     assert "5 texels: the lights do not determine" in str(flat)
     primary = [gn.DistantLight(w, c) for w, c in zip(directions(3), np.eye(3), strict=True)]  # three numbers, not five
-    assert (gn.photometric_stereo(np.eye(3)[:, None], primary, coloured=True).flags == UNDETERMINED).all()
-    bright = gn.photometric_stereo(10.0 * images, lights)
+    assert (
+        gn.reconstruction.photometric_stereo(np.eye(3)[:, None], primary, coloured=True).flags == UNDETERMINED
+    ).all()
+    bright = gn.reconstruction.photometric_stereo(10.0 * images, lights)
     assert (bright.flags == ABOVE_ONE).all() and (bright.albedo > 1.0).all()
-    three = gn.photometric_stereo(images[:3], lights[:3])
+    three = gn.reconstruction.photometric_stereo(images[:3], lights[:3])
     assert np.isinf(three.normal_stderr).all() and np.isfinite(three.normal).all()  # nothing is to spare
-    assert np.isfinite(gn.photometric_stereo(images[:3], lights[:3], u=0.01).normal_stderr).all()
+    assert np.isfinite(gn.reconstruction.photometric_stereo(images[:3], lights[:3], u=0.01).normal_stderr).all()
 
 
 def test_pictures_have_masks_and_channels():
     lights = far(6)
     arrays = pictures(gn.Lambertian(RGB), lights)
-    images = [gn.Image(x, SPHERE.astype(float)) for x in arrays]
-    found = gn.photometric_stereo(images, lights)
+    images = [gn.scenes.Image(x, SPHERE.astype(float)) for x in arrays]
+    found = gn.reconstruction.photometric_stereo(images, lights)
     assert angle(found.normal, NORMAL)[SPHERE & (found.used >= 3)].max() < 1e-5  # pixels are float32
     assert (found.flags[~SPHERE] == TOO_FEW).all()
-    gray = gn.photometric_stereo([gn.Image(x[..., :1]) for x in arrays], lights)
+    gray = gn.reconstruction.photometric_stereo([gn.scenes.Image(x[..., :1]) for x in arrays], lights)
     assert gray.albedo.shape == (SIZE, SIZE)
 
 
@@ -219,8 +231,8 @@ def test_linear_pictures_of_16_bits_keep_normals_and_albedos(tmp_path, chunks):
     for k, x in enumerate(arrays):
         path = tmp_path / f"{k}.png"
         path.write_bytes(png(np.rint(65535.0 * np.clip(x, 0.0, 1.0)).astype(np.uint16), *chunks))
-        stored.append(gn.read_image(path, linear=None if chunks else True))
-    found = gn.photometric_stereo(stored, lights, mask=SPHERE)
+        stored.append(gn.scenes.load_image(path, linear=None if chunks else True))
+    found = gn.reconstruction.photometric_stereo(stored, lights, mask=SPHERE)
     sure = SPHERE & (found.used >= 4)
     assert np.degrees(angle(found.normal, NORMAL)[sure].max()) < 0.1
     np.testing.assert_allclose(
@@ -231,12 +243,12 @@ def test_linear_pictures_of_16_bits_keep_normals_and_albedos(tmp_path, chunks):
 def test_pictures_that_are_multiplied_by_their_coverage_are_taken_as_they_are():
     lights = far(6)
     arrays, half = pictures(gn.Lambertian(RGB), lights), np.full((SIZE, SIZE), 0.5)
-    plain = gn.photometric_stereo(arrays, lights, mask=SPHERE)
+    plain = gn.reconstruction.photometric_stereo(arrays, lights, mask=SPHERE)
     for images in (
-        [gn.Image(x, half, premultiplied=True) for x in arrays],
-        [gn.Image(2.0 * x, half) for x in arrays],
+        [gn.scenes.Image(x, half, premultiplied=True) for x in arrays],
+        [gn.scenes.Image(2.0 * x, half) for x in arrays],
     ):
-        found = gn.photometric_stereo(images, lights, mask=SPHERE)
+        found = gn.reconstruction.photometric_stereo(images, lights, mask=SPHERE)
         np.testing.assert_allclose(found.albedo, plain.albedo, rtol=1e-4)
 
 
@@ -245,9 +257,9 @@ def test_observations_are_f_in_local_frames():
     lights, tangent = near(6), np.cross(NORMAL, [0.3, 0.2, 1.0])
     options = {"normal": NORMAL, "tangent": tangent, "position": NORMAL}
     images = np.stack([gn.reflected_radiance(m, light, WO, **options) for light in lights])
-    seen = gn.observations(images, lights, WO, mask=SPHERE, u=0.01, **options)
+    seen = gn.reconstruction.texel_data(images, lights, WO, mask=SPHERE, u=0.01, **options)
     assert seen.wi.shape == (SIZE, SIZE, 6, 3) and seen.wo.shape == (SIZE, SIZE, 1, 3)
-    assert np.allclose(seen.wi[..., 2, :], gn.to_local(lights[2].arrival(NORMAL).w, NORMAL, tangent))
+    assert np.allclose(seen.wi[..., 2, :], gn.directions.to_local(lights[2].arrival(NORMAL).w, NORMAL, tangent))
     counts = np.isfinite(seen.f)
     expected = m.f(seen.wi, seen.wo)
     assert np.allclose(seen.f[counts], expected[counts], rtol=1e-10) and not counts[~SPHERE].any()
@@ -266,25 +278,27 @@ def test_any_model_at_every_texel():
     model = gn.Lambertian() + 1.0 * gn.Microfacet(gn.GGX(), gn.Schlick(0.04))
     options = {"by": ["rho", "weight", "alpha"], "per_channel": ["rho"]}
     for u in (None, 1e-3):
-        seen = gn.observations(images, lights, up, normal=normal, u=u)
+        seen = gn.reconstruction.texel_data(images, lights, up, normal=normal, u=u)
         found = seen.fit(model, **options)
         assert not found.count()
         assert np.allclose(np.stack([found.values[f"0.rho[{c}]"] for c in range(3)], -1), rho, atol=2e-3)
         assert np.allclose(found.values["1.of.distribution.alpha_x"], alpha[..., 0], rtol=0.01)
     glossy = gn.Lambertian(rho) + gn.Microfacet(gn.GGX(0.1), gn.Schlick(0.04))
     images = np.stack([gn.reflected_radiance(glossy, light, up, normal=normal) for light in lights])
-    plain, stereo = (gn.photometric_stereo(images, lights, robust=robust) for robust in ("none", "cauchy"))
+    plain, stereo = (
+        gn.reconstruction.photometric_stereo(images, lights, robust=robust) for robust in ("none", "cauchy")
+    )
     off = [np.degrees(angle(found.normal, normal)).mean() for found in (plain, stereo)]
     assert off[1] < 0.25 * off[0] and off[1] < 1.5
     assert np.abs(stereo.albedo - rho).mean() < 0.02
-    found = gn.observations(images, lights, up, normal=stereo.normal).fit(gn.Lambertian())
+    found = gn.reconstruction.texel_data(images, lights, up, normal=stereo.normal).fit(gn.Lambertian())
     assert np.isclose(found.values["rho[0]"], rho[..., 0], atol=0.15).all()
 
 
 def test_texels_without_a_normal_are_left_out():
     images, lights, normal, rho = scene(5, texels=4, noise=0.0)
     normal[1] = np.nan
-    found = gn.observations(images[..., 0], lights, [0, 0, 1], normal=normal).fit(gn.Lambertian())
+    found = gn.reconstruction.texel_data(images[..., 0], lights, [0, 0, 1], normal=normal).fit(gn.Lambertian())
     assert found.flags.tolist() == [0, TOO_FEW, 0, 0]
     assert np.allclose(np.delete(found.values["rho"], 1), np.delete(rho[:, 0], 1), rtol=1e-4)
 
@@ -297,8 +311,8 @@ IMAGES, LAMPS = np.full((4, 5, 6), 0.2), far(4)
     [
         (np.moveaxis(IMAGES, 0, -1), LAMPS, {}, "np.moveaxis"),
         ((255 * IMAGES).astype(np.uint8), LAMPS, {}, "codes"),
-        (gn.Image(IMAGES[0][..., None]), LAMPS, {}, "one image"),
-        ([gn.Image(IMAGES[0][..., None]), *IMAGES[1:]], LAMPS, {}, "pictures and other things"),
+        (gn.scenes.Image(IMAGES[0][..., None]), LAMPS, {}, "one image"),
+        ([gn.scenes.Image(IMAGES[0][..., None]), *IMAGES[1:]], LAMPS, {}, "pictures and other things"),
         (np.full((4, 9, 3), 0.2), LAMPS, {}, "coloured=True"),
         (IMAGES[:, 0, 0], LAMPS, {}, r"expected \(K, H, W\)"),
         (IMAGES[:, :0], LAMPS, {}, "at least one texel"),
@@ -319,7 +333,7 @@ IMAGES, LAMPS = np.full((4, 5, 6), 0.2), far(4)
 )
 def test_what_does_not_fit_is_refused(images, lights, options, words):
     with pytest.raises(gn.Error, match=words):
-        gn.photometric_stereo(images, lights, **options)
+        gn.reconstruction.photometric_stereo(images, lights, **options)
 
 
 @pytest.mark.parametrize(
@@ -335,4 +349,4 @@ def test_what_does_not_fit_is_refused(images, lights, options, words):
 )
 def test_directions_of_observations_are_checked(options, words):
     with pytest.raises(gn.Error, match=words):
-        gn.observations(IMAGES, LAMPS, **options)
+        gn.reconstruction.texel_data(IMAGES, LAMPS, **options)

@@ -32,7 +32,7 @@ gn.material("gold", alfa=0.2)  # error: call-arg
 gn.render(0.5, gn.ConstantLight(1.0))  # error: arg-type
 print(gn.models()["GGX"].D)  # error: attr-defined
 gn.Lambertian(0.5).pdf()  # error: call-arg
-gn.roughness.alpha_from_perceptoal(0.5)  # error: attr-defined
+gn.radiometry.roughness.alpha_from_perceptoal(0.5)  # error: attr-defined
 Layer(0.3, h=0.2)  # error: call-arg
 Layer("0.3")  # error: arg-type
 Layer(0.3, 0.2, 0.1)  # error: call-arg

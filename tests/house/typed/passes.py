@@ -67,9 +67,9 @@ def materials() -> list[gn.Reflectance]:
 
 def numbers(m: gn.Reflectance) -> float:
     wi, wo = gn.direction(0.7, 0.0), gn.direction(0.4, 2.5)
-    sample: gn.Sample = m.sample(wo, np.random.default_rng(1).random((10, 2)))
+    sample: gn.results.Sample = m.sample(wo, np.random.default_rng(1).random((10, 2)))
     report = gn.check(m.replace(rho=0.2), laws=["reciprocity"])
-    total = gn.albedo(m, wi) + gn.reflectance(m, wi, gn.Cone(wo, 0.1)) + gn.white_sky_albedo(m)
+    total = gn.albedo(m, wi) + gn.reflectance(m, wi, gn.Cone(wo, 0.1)) + gn.remote_sensing.white_sky_albedo(m)
     return float(total + sample.weight.mean()) if report.passed else 0.0
 
 
@@ -81,11 +81,11 @@ def lights(m: gn.Reflectance) -> None:
 
 def contents() -> list[str]:
     kinds: list[type[gn.Reflectance]] = list(gn.models().values())
-    facets: type[gn.Distribution] = gn.distributions()["GGX"]
+    facets: type[gn.authoring.Distribution] = gn.distributions()["GGX"]
     return [facets.__name__, *(k.__name__ for k in kinds), *gn.lights(), *gn.fresnel_terms(), *gn.formats()]
 
 
 def files(path: str) -> None:
     m = gn.load(path)
     gn.save(m, "copy.json")
-    print(gn.cite(m), gn.roughness.alpha_from_perceptual(0.5), gn.materials()[0].name)
+    print(gn.cite(m), gn.radiometry.roughness.alpha_from_perceptual(0.5), gn.materials()[0].name)

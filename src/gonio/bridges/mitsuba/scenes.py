@@ -51,7 +51,7 @@ class Writer:
             return {"shape": self._mesh(shape, m)}
         bsdf = self.bsdf(_given(m))
         if shape in ("disk", "cylinder") and not _given(m).is_isotropic():
-            rule = "whose tangents Mitsuba chooses otherwise; expected a sphere, a plane, or gn.Mesh(..., uv=places)"
+            rule = "whose tangents Mitsuba chooses otherwise; expected a sphere, a plane, or gn.scenes.Mesh(..., uv=uv)"
             raise ParameterError(f"mitsuba.scene: {m!r:.80} is anisotropic, on a {shape}, {rule}")
         upright = self.turn().rotate([1, 0, 0], 90.0)  # the front of a disk or rectangle, +z, becomes -y
         if shape == "sphere":
@@ -82,7 +82,7 @@ class Writer:
             half = 0.5 * float(camera.width)
             at = at @ self.turn().scale([half, half, 1.0])
         else:
-            rule = "expected gn.Camera, gn.OrthographicCamera or none"
+            rule = "expected gn.scenes.Camera, gn.scenes.OrthographicCamera or none"
             raise ParameterError(f"mitsuba.scene: {camera!r:.60} is a camera of its own kind; {rule}")
         film = {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}}
         sampler = {"type": "multijitter", "sample_count": samples}
@@ -163,7 +163,7 @@ class Writer:
         smooth = mesh.normals[:, 3:].reshape(-1, 3) if mesh.normals.shape[1] > 3 else None
         emitter = self._area(mesh.exitance / math.pi) if mesh.exitance.any() else None
         if mesh.places is None and not shown.is_isotropic():
-            rule = "whose tangents Mitsuba chooses otherwise; expected gn.Mesh(..., uv=places)"
+            rule = "whose tangents Mitsuba chooses otherwise; expected gn.scenes.Mesh(..., uv=places)"
             raise ParameterError(f"mitsuba.scene: {shown!r:.80} is anisotropic, on a mesh without uv, {rule}")
         places = None if mesh.places is None else mesh.places[:, :6].reshape(-1, 2)
         corners = mesh.triangles.corners.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""`gn.source`: the formula of a material as source text of C, CUDA, GLSL, HLSL, OSL and WGSL."""
+"""`gn.engine.shader_source`: the formula of a material as source text of C, CUDA, GLSL, HLSL, OSL and WGSL."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ...declared.arguments import Declared, checked
 from ...errors import ParameterError, shown
 from .functions import FUNCTIONS
 from .result import Argument as Argument
-from .result import Source as Source
+from .result import ShaderSource as ShaderSource
 from .result import SourceTable as SourceTable
 from .writing import Writer
 
@@ -31,7 +31,7 @@ PARAMETERS = ("constants", "arguments")
 
 
 @checked
-def source(
+def shader_source(
     m: Reflectance,
     language: Annotated[str, Declared("language; glsl is that of WebGL 2, too", words=(*LANGUAGES,))] = "glsl",
     function: Annotated[
@@ -54,13 +54,14 @@ def source(
             words=PARAMETERS,
         ),
     ] = "constants",
-) -> Source:
+) -> ShaderSource:
     """The formula of a material as source text that another program compiles: the graph that gonio itself compiles.
 
     Directions are unit vectors in the local frame, z the normal; both leave the surface. Values are RGB or whatever the
     channels of the material are: a number, a vector of two to four, else an array. What is used twice is computed once.
-    Tables of up to 256 numbers stand in the text; larger ones are textures, buffers or pointers, see `Source.tables`.
-    Of fluorescence f has the light that keeps its wavelength; `m.under(E)` has the other too, under a spectrum E.
+    Tables of up to 256 numbers stand in the text; larger ones are textures, buffers or pointers, see
+    `ShaderSource.tables`. Of fluorescence f has the light that keeps its wavelength; `m.under(E)` has the other too,
+    under a spectrum E.
 
     Units   f: 1/sr; angles of parameters: radians.
     Error   of float32: against `m.f` of float32 arrays about 1e-6 of the value; docs/source.md has the measured sizes.
@@ -70,15 +71,17 @@ def source(
             formula of more than 60 000 operations; TraceError for one that cannot be taken apart.
 
     Example
-    >>> print(gn.source(gn.Lambertian(0.5), "c", name="paper").text.splitlines()[-1])
+    >>> print(gn.engine.shader_source(gn.Lambertian(0.5), "c", name="paper").text.splitlines()[-1])
     }
     """
     if len(set(function)) < len(function):
-        raise ParameterError(f"source(function={function!r}): expected one of each function, such as ('f', 'pdf')")
+        raise ParameterError(
+            f"shader_source(function={function!r}): expected one of each function, such as ('f', 'pdf')"
+        )
     if name and not is_prefix(name):
         raise ParameterError(
-            f"source(name={name!r:.60}): expected a word of letters, digits and single _ between them, which does not "
-            f"begin with gl_ or webgl_; such as gold"
+            f"shader_source(name={name!r:.60}): expected a word of letters, digits and single _ between them, which "
+            f"does not begin with gl_ or webgl_; such as gold"
         )
     if "sample" in function:
         m._require_one_direction()

@@ -1,4 +1,5 @@
-"""What `gn.source` gives: the text, the parameters and tables that a program brings to it, and how they are saved."""
+"""What `gn.engine.shader_source` gives: the text, the parameters and tables that a program brings to it, and how they
+are saved."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ class Argument:
     """A parameter of a source text: its name there, its path in the material, how many numbers it has, and these.
 
     Example
-    >>> print(gn.source(gn.Lambertian(0.5), parameters="arguments").arguments[0].path)
+    >>> print(gn.engine.shader_source(gn.Lambertian(0.5), parameters="arguments").arguments[0].path)
     rho
     """
 
@@ -31,7 +32,7 @@ class SourceTable:
     """A table that a source text reads and does not hold: its name there, and its numbers as float32, in one row.
 
     Example
-    >>> print(len(gn.source(gn.Lambertian(0.5)).tables))
+    >>> print(len(gn.engine.shader_source(gn.Lambertian(0.5)).tables))
     0
     """
 
@@ -40,7 +41,7 @@ class SourceTable:
 
 
 @dataclass(frozen=True)
-class Source:
+class ShaderSource:
     """Source text of a material's formula; prints as the text.
 
     text       what to compile
@@ -52,7 +53,7 @@ class Source:
     tables     the tables that the program brings, in the order of their bindings
 
     Example
-    >>> source = gn.source(gn.Lambertian(0.5), "glsl", name="paper")
+    >>> source = gn.engine.shader_source(gn.Lambertian(0.5), "glsl", name="paper")
     >>> print(source.functions, source.language)
     ('paper_f',) glsl
     """
@@ -78,7 +79,7 @@ class Source:
         Example
         >>> import pathlib, tempfile
         >>> folder = pathlib.Path(tempfile.mkdtemp())
-        >>> print([path.name for path in gn.source(gn.Lambertian(0.5), "c").save(folder / "paper.c")])
+        >>> print([path.name for path in gn.engine.shader_source(gn.Lambertian(0.5), "c").save(folder / "paper.c")])
         ['paper.c']
         """
         path = Path(path)

@@ -24,7 +24,7 @@ from ...formula.parametrised import Parametrised
 from ...trace import passes
 from ...trace.graph import MASK, REAL
 from .functions import FUNCTIONS, Function
-from .result import Argument, Source, SourceTable
+from .result import Argument, ShaderSource, SourceTable
 
 SMALL = 256
 """Entries up to which a table stands in the text."""
@@ -61,7 +61,7 @@ class Writer:
             self.tables.append(number)
         return f"{self.name}_table{self.tables.index(number)}"
 
-    def written(self, functions: Sequence[str]) -> Source:
+    def written(self, functions: Sequence[str]) -> ShaderSource:
         traces = [(word, self.trace(FUNCTIONS[word], word)) for word in functions]
         for _, trace in traces:
             first = trace.inputs
@@ -86,7 +86,7 @@ class Writer:
             Argument(self.vectors[k].name, self.paths[k], len(self.values[k]), self.values[k])
             for k in sorted(self.read)
         )
-        return Source(
+        return ShaderSource(
             "\n".join(lines).rstrip() + "\n",
             self.language.name,
             self.name,

@@ -180,7 +180,9 @@ def _values(
 
 def _of_pictures(images: list[Any], coloured: bool | None) -> tuple[np.ndarray, np.ndarray | None, bool]:
     if not all(isinstance(x, Image) for x in images):
-        raise ArrayTypeError("images: got pictures and other things; expected gn.Image each, or one array (K, H, W)")
+        raise ArrayTypeError(
+            "images: got pictures and other things; expected gn.scenes.Image each, or one array (K, H, W)"
+        )
     shapes = {x.pixels.shape for x in images}
     if len(shapes) > 1:
         raise ShapeError(f"images: got shapes {shown(sorted(shapes))}; expected images of one shape")
@@ -197,10 +199,12 @@ def _floats(images: Any) -> np.ndarray:
     try:
         values = numbers(images)
     except ValueError as error:
-        raise ParameterError(f"images: {error}; expected linear radiance (K, H, W), or pictures gn.Image") from None
+        raise ParameterError(
+            f"images: {error}; expected linear radiance (K, H, W), or pictures gn.scenes.Image"
+        ) from None
     if values.dtype.kind in "ub" or (values.dtype.kind == "i" and values.dtype.itemsize < 8):
         raise ArrayTypeError(
-            f"images: got {values.dtype}, codes of a file; expected linear radiance: gn.read_image(path), or "
+            f"images: got {values.dtype}, codes of a file; expected linear radiance: gn.scenes.load_image(path), or "
             f"images / 65535 of linear values of a raw file"
         )
     return values if values.dtype in (np.float32, np.float64) else values.astype(float)

@@ -73,7 +73,7 @@ def fit_map_chunks(
     >>> import xarray
     >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
     >>> f = xarray.DataArray(np.outer([0.1, 0.2], np.ones(3)), dims=("texel", "observation")).chunk(texel=1)
-    >>> print(gn.fit_map_chunks(wi, wo, f, gn.Lambertian())["rho"].compute().values.round(4))
+    >>> print(gn.fitting.fit_map_chunks(wi, wo, f, gn.Lambertian())["rho"].compute().values.round(4))
     [0.3142 0.6283]
     """
     _require_dask()

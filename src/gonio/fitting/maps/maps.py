@@ -57,7 +57,7 @@ class FitMap:
 
     Example
     >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
-    >>> found = gn.fit_map(wi, wo, np.outer([0.1, 0.2], np.ones(3)), gn.Lambertian())
+    >>> found = gn.fitting.fit_map(wi, wo, np.outer([0.1, 0.2], np.ones(3)), gn.Lambertian())
     >>> print(found.values["rho"].round(4), found.flags)
     [0.3142 0.6283] [0 0]
     """
@@ -77,7 +77,7 @@ class FitMap:
 
         Example
         >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
-        >>> m = gn.fit_map(wi, wo, np.outer([0.1, 0.2], np.ones(3)), gn.Lambertian()).model
+        >>> m = gn.fitting.fit_map(wi, wo, np.outer([0.1, 0.2], np.ones(3)), gn.Lambertian()).model
         >>> print(m.f([0, 0, 1], [0, 0, 1]).round(3).ravel())
         [0.1 0.2]
         """
@@ -96,7 +96,7 @@ class FitMap:
 
         Example
         >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
-        >>> print(gn.fit_map(wi, wo, [[0.1, 0.1, 0.1], [np.nan] * 3], gn.Lambertian()).count())
+        >>> print(gn.fitting.fit_map(wi, wo, [[0.1, 0.1, 0.1], [np.nan] * 3], gn.Lambertian()).count())
         {'fewer values than unknowns: NaN': 1}
         """
         return counted(self.flags, FLAGS)
@@ -154,7 +154,7 @@ def fit_map(
     Example
     >>> wi = gn.direction([0.1, 0.5, 0.9, 1.2], [0.0, 1.0, 2.0, 3.0])
     >>> truth = gn.Lambertian(np.array([[0.2], [0.7]])[:, None])  # two texels
-    >>> found = gn.fit_map(wi, gn.direction(0.4, 0.0)[None], truth.f(wi, [0, 0, 1])[..., 0], gn.Lambertian())
+    >>> found = gn.fitting.fit_map(wi, gn.direction(0.4, 0.0)[None], truth.f(wi, [0, 0, 1])[..., 0], gn.Lambertian())
     >>> print(found.values["rho"].round(4))
     [0.2 0.7]
     """

@@ -1,4 +1,4 @@
-"""`gn.photometric_stereo`: normals and albedos of every texel, from images under known lights."""
+"""`gn.reconstruction.photometric_stereo`: normals and albedos of every texel, from images under known lights."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class PhotometricStereo:
     Example
     >>> lamps = [gn.DistantLight(gn.direction(0.5, phi), irradiance=2.0) for phi in (0.0, 2.0, 4.0)]
     >>> dark = np.zeros((3, 1, 1))
-    >>> print(gn.photometric_stereo(dark, lamps).count())
+    >>> print(gn.reconstruction.photometric_stereo(dark, lamps).count())
     {'fewer than three values: NaN': 1}
     """
 
@@ -81,7 +81,7 @@ class PhotometricStereo:
 
         Example
         >>> lamps = [gn.DistantLight(gn.direction(theta, 1.0)) for theta in (0.1, 0.5, 0.9)]
-        >>> print(gn.photometric_stereo(np.full((3, 4, 4), 0.2), lamps).count())  # lamps in one plane
+        >>> print(gn.reconstruction.photometric_stereo(np.full((3, 4, 4), 0.2), lamps).count())  # lamps in one plane
         {'the lights do not determine the normal: NaN': 16}
         """
         return counted(self.flags, FLAGS)
@@ -119,9 +119,9 @@ def photometric_stereo(
     texel. Values of lights that the normal found faces away from are left out, and the others solved again until
     none changes. Channels share the normal, which is that of their joint least squares.
 
-    `images`: linear radiance, (K, H, W) or (K, H, W, C), or K pictures `gn.Image`, of which `light` is taken. Texels of
-    coverage 0 are left out; those covered in part, as at silhouettes, get their albedo times coverage.
-    `gn.read_image(path, linear=True)` reads codes that are linear as they are. NaN is left out.
+    `images`: linear radiance, (K, H, W) or (K, H, W, C), or K pictures `gn.scenes.Image`, of which `light` is taken.
+    Texels of coverage 0 are left out; those covered in part, as at silhouettes, get their albedo times coverage.
+    `gn.scenes.load_image(path, linear=True)` reads codes that are linear as they are. NaN is left out.
     `coloured`: whether the last axis is that of channels; told where four axes, or pictures, tell it.
     `lights`: K small sources: `DistantLight`, `PointLight`, `SpotLight`.
     `position`: where each texel is, for lights that are near. Start from a plane.
@@ -145,7 +145,7 @@ def photometric_stereo(
     >>> lamps = [gn.DistantLight(gn.direction(0.5, phi), irradiance=2.0) for phi in (0.0, 1.6, 3.2, 4.8)]
     >>> normal = gn.direction([[0.1, 0.3]], [[1.0, 2.0]])  # an image of two pixels
     >>> images = [gn.reflected_radiance(gn.Lambertian(0.4), lamp, [0, 0, 1], normal=normal) for lamp in lamps]
-    >>> stereo = gn.photometric_stereo(images, lamps)
+    >>> stereo = gn.reconstruction.photometric_stereo(images, lamps)
     >>> print(stereo.albedo, np.allclose(stereo.normal, normal))
     [[0.4 0.4]] True
     """

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from ...pictures.image import STARTS
 
-ELSEWHERE = "gn.read_image reads it, gn.EnvironmentLight(path) takes one as a light"
+ELSEWHERE = "gn.scenes.load_image reads it, gn.EnvironmentLight(path) takes one as a light"
 
-INDICES = "a table of refractive indices; gn.refractive_index(path) reads it: gn.Conductor(*gn.refractive_index(path))"
+INDICES = "a table of refractive indices; write gn.Conductor(*gn.spectra.refractive_index(path))"
 
 _KINDS: dict[bytes, str] = {
     **{start: f"a picture ({kind}); {ELSEWHERE}" for start, kind in STARTS.items()},
-    b"GIF8": "a picture (GIF); save it as PNG or OpenEXR for gn.read_image",
-    b"II*\0": "a picture (TIFF); save it as OpenEXR for gn.read_image",
-    b"MM\0*": "a picture (TIFF); save it as OpenEXR for gn.read_image",
+    b"GIF8": "a picture (GIF); save it as PNG or OpenEXR for gn.scenes.load_image",
+    b"II*\0": "a picture (TIFF); save it as OpenEXR for gn.scenes.load_image",
+    b"MM\0*": "a picture (TIFF); save it as OpenEXR for gn.scenes.load_image",
     b"%PDF": "a PDF document; the measurement itself is in another file",
     b"\x1f\x8b": "compressed (gzip); unpack it first: gunzip",
     b"BZh": "compressed (bzip2); unpack it first: bunzip2",

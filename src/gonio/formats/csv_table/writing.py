@@ -33,7 +33,7 @@ def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
     texts. Raises ParameterError for delta lobes, maps, and channels whose names do not fit into those of columns.
 
     Example
-    >>> gn.save(gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 6)), "white.csv")
+    >>> gn.save(gn.tables.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 6)), "white.csv")
     >>> print(gn.load("white.csv").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """

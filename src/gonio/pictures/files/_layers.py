@@ -60,7 +60,7 @@ def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> La
     told = [str(x) for x in found or layers]
     listed = f"{', '.join(told[:_LISTED])}{', ...' if len(told) > _LISTED else ''}"
     first = (found or layers)[0].name
-    example = f"gn.read_image(path, layer={first!r}) in place of the path, or FILE:{first} on the command line"
+    example = f"gn.scenes.load_image(path, layer={first!r}) in place of the path, or FILE:{first} on the command line"
     if found:
         raise Unsettled(f"{len(found)} layers, {listed}: expected one of them: {example}")
     known = [*(x.name for x in layers), *(x for _, channels in parts for x in channels)]

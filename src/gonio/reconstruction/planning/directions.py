@@ -1,4 +1,4 @@
-"""`gn.plan`: the directions in which to measure, so that the numbers of a model become as sure as can be."""
+"""`gn.planning.plan`: the directions in which to measure, so that the numbers of a model become as sure as can be."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def plan(
 
     Example
     >>> paint = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.2), gn.Schlick(0.04))
-    >>> planned = gn.plan(paint, 12)
+    >>> planned = gn.planning.plan(paint, 12)
     >>> print(len(planned), planned.names)
     12 ('0.rho', '1.distribution.alpha_x', '1.fresnel.F0')
     """
@@ -259,7 +259,7 @@ def _known(measured: Any, teller: _Teller) -> np.ndarray:
         if measured.names != names:
             raise ParameterError(
                 f"measured: a fit of {listed(measured.names)}; expected one of {listed(names)}: "
-                f"gn.plan(fit.model, n, measured=fit)"
+                f"gn.planning.plan(fit.model, n, measured=fit)"
             )
         nothing[:, : len(names)] = _of_fit(measured)
         return nothing

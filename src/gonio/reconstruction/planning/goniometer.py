@@ -53,7 +53,7 @@ class Goniometer:
     Units    rad.
 
     Example
-    >>> arm = gn.Goniometer(theta_o=(0.0, np.radians(60.0)), in_plane=True, least_angle=np.radians(10.0))
+    >>> arm = gn.planning.Goniometer(theta_o=(0.0, np.radians(60.0)), in_plane=True, least_angle=np.radians(10.0))
     >>> wi, wo = arm.pairs()
     >>> print(len(wi), np.degrees(gn.angles(wo)[0].max()).round(1))
     1323 60.0
@@ -88,8 +88,9 @@ class Goniometer:
         Raises ParameterError where there is none, TooLargeError where there are more than two million.
 
         Example
-        >>> wi, wo = gn.Goniometer(step_theta=np.radians(25.0), step_phi=np.radians(90.0), least_angle=0.0).pairs()
-        >>> print(len(wi), gn.Goniometer().pairs()[0].shape)
+        >>> coarse = gn.planning.Goniometer(step_theta=np.radians(25.0), step_phi=np.radians(90.0), least_angle=0.0)
+        >>> wi, wo = coarse.pairs()
+        >>> print(len(wi), gn.planning.Goniometer().pairs()[0].shape)
         34 (33057, 3)
         """
         theta_i, theta_o = (_steps(limits, self.step_theta) for limits in (self.theta_i, self.theta_o))

@@ -49,7 +49,7 @@ class Plan(Planned):
              (benchmarks/planning.txt).
 
     Example
-    >>> planned = gn.plan(gn.Lambertian(0.5), 4)
+    >>> planned = gn.planning.plan(gn.Lambertian(0.5), 4)
     >>> print({name: round(s, 4) for name, s in planned.stderr.items()})  # 1 % of 0.5, over the root of 4
     {'rho': 0.0025}
     """
@@ -76,14 +76,16 @@ class Plan(Planned):
     def __post_init__(self) -> None:
         known = isinstance(self.covariance, np.ndarray) and isinstance(self.names, tuple)
         if not known or self.covariance.shape != (len(self.names),) * 2 or not isinstance(self.model, Reflectance):
-            raise ParameterError(f"Plan(names={shown(self.names)}): expected what gn.plan(model, n) makes; call that")
+            raise ParameterError(
+                f"Plan(names={shown(self.names)}): expected what gn.planning.plan(model, n) makes; call that"
+            )
 
     @property
     def stderr(self) -> dict[str, float]:
         """Expected standard errors by name.
 
         Example
-        >>> print(round(gn.plan(gn.Lambertian(0.5), 4).stderr["rho"], 6))
+        >>> print(round(gn.planning.plan(gn.Lambertian(0.5), 4).stderr["rho"], 6))
         0.0025
         """
         return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
@@ -93,7 +95,7 @@ class Plan(Planned):
         """Expected correlation matrix (p, p).
 
         Example
-        >>> print(gn.plan(gn.Lambertian(0.5), 4).correlation)
+        >>> print(gn.planning.plan(gn.Lambertian(0.5), 4).correlation)
         [[1.]]
         """
         return correlations(self.covariance)
@@ -103,7 +105,7 @@ class Plan(Planned):
         """How many times as much a planned direction tells as one of a regular grid, all in all: `regular` over n.
 
         Example
-        >>> print(round(gn.plan(gn.Lambertian(0.5), 4).efficiency, 3))  # every direction tells the same
+        >>> print(round(gn.planning.plan(gn.Lambertian(0.5), 4).efficiency, 3))  # every direction tells the same
         1.0
         """
         return self.regular / len(self)
@@ -115,7 +117,7 @@ class Plan(Planned):
         standard uncertainties.
 
         Example
-        >>> print(gn.plan(gn.Lambertian(0.5), 1).to_csv().splitlines()[-2])
+        >>> print(gn.planning.plan(gn.Lambertian(0.5), 1).to_csv().splitlines()[-2])
         theta_i,phi_i,theta_o,phi_o,f
         """
         channels = self.model.channel_names
@@ -135,7 +137,7 @@ class Plan(Planned):
         """The result as numbers, lists and words, for files; infinite numbers as None.
 
         Example
-        >>> print(sorted(gn.plan(gn.Lambertian(0.5), 4).to_json())[:4])
+        >>> print(sorted(gn.planning.plan(gn.Lambertian(0.5), 4).to_json())[:4])
         ['before', 'correlation', 'covariance', 'criterion']
         """
         return {
@@ -163,7 +165,7 @@ class Plan(Planned):
         """The directions as text: theta_i, phi_i, theta_o, phi_o - phi_i [degrees], f, and how often, each once.
 
         Example
-        >>> print(gn.plan(gn.Lambertian(0.5), 4, repeats=True).rows()[0][-1])
+        >>> print(gn.planning.plan(gn.Lambertian(0.5), 4, repeats=True).rows()[0][-1])
         4
         """
         rows = []

@@ -30,8 +30,8 @@ class Planned(ABC):
         """(n, 4) theta_i, phi_i, theta_o, phi_o [degrees], phi_o - phi_i from 0 to 360.
 
         Example
-        >>> arm = gn.Goniometer(theta_i=(0.5, 0.5), theta_o=(0.5, 0.5), phi=(np.pi, np.pi))
-        >>> print(gn.plan(gn.Lambertian(0.5), 1, goniometer=arm).angles.round(2))
+        >>> arm = gn.planning.Goniometer(theta_i=(0.5, 0.5), theta_o=(0.5, 0.5), phi=(np.pi, np.pi))
+        >>> print(gn.planning.plan(gn.Lambertian(0.5), 1, goniometer=arm).angles.round(2))
         [[ 28.65   0.    28.65 180.  ]]
         """
         (theta_i, phi_i), (theta_o, phi_o) = (angles(w) for w in (self.wi, self.wo))
@@ -45,7 +45,7 @@ class Planned(ABC):
         """The directions as a CSV table with empty columns of values; written to a file where there is a path.
 
         Example
-        >>> print(gn.plan(gn.Lambertian(0.5), 1).to_csv().splitlines()[-2])
+        >>> print(gn.planning.plan(gn.Lambertian(0.5), 1).to_csv().splitlines()[-2])
         theta_i,phi_i,theta_o,phi_o,f
         """
 
@@ -54,7 +54,7 @@ class Planned(ABC):
         """The result as numbers, lists and words, for files.
 
         Example
-        >>> print(len(gn.plan(gn.Lambertian(0.5), 4).to_json()["directions"]))
+        >>> print(len(gn.planning.plan(gn.Lambertian(0.5), 4).to_json()["directions"]))
         4
         """
 
@@ -64,7 +64,7 @@ class Planned(ABC):
         Raises ParameterError for another suffix.
 
         Example
-        >>> gn.plan(gn.Lambertian(0.5), 4).save("plan.csv")
+        >>> gn.planning.plan(gn.Lambertian(0.5), 4).save("plan.csv")
         """
         suffix = os.path.splitext(os.fspath(path))[1].lower()
         if suffix in (b".csv", ".csv"):

@@ -11,8 +11,8 @@ import numpy as np
 from ...declared.notebooks import repr_html
 from ...errors import ParameterError, shown
 from ...fitting.samples import names_of
+from ..basis import ReflectanceBasis
 from ..posterior import Reconstruction
-from ..reflectance_basis import ReflectanceBasis
 from .directions import order_of, pairs_of
 from .exchange import Information, best_choice
 from .goniometer import Goniometer
@@ -35,7 +35,7 @@ class TablePlan(Planned):
              be as good or better: the best directions lean on what the basis knows (benchmarks/reconstruction.txt).
 
     Example
-    >>> planned = gn.plan_table(5)
+    >>> planned = gn.planning.plan_table(5)
     >>> print(len(planned), planned.wi.shape, planned.error < planned.before)
     5 (5, 3) True
     """
@@ -54,16 +54,18 @@ class TablePlan(Planned):
 
     def __post_init__(self) -> None:
         if not isinstance(self.wi, np.ndarray) or not isinstance(self.basis, ReflectanceBasis):
-            raise ParameterError(f"TablePlan(wi={shown(self.wi)}): expected what gn.plan_table(n) makes; call that")
+            raise ParameterError(
+                f"TablePlan(wi={shown(self.wi)}): expected what gn.planning.plan_table(n) makes; call that"
+            )
 
     def to_csv(self, path: str | os.PathLike | None = None) -> str:
         """The directions as a CSV table with empty columns of values; written to a file where there is a path.
 
-        Angles are in degrees. With the columns filled, `gn.load` and `gn.reconstruct` read it; a column u_f beside may
-        hold standard uncertainties.
+        Angles are in degrees. With the columns filled, `gn.load` and `gn.reconstruction.reconstruct` read it; a column
+        u_f beside may hold standard uncertainties.
 
         Example
-        >>> print(gn.plan_table(1).to_csv().splitlines()[-2])
+        >>> print(gn.planning.plan_table(1).to_csv().splitlines()[-2])
         theta_i,phi_i,theta_o,phi_o,f
         """
         made_for = f"# planned for: a table by {self.basis!r}"
@@ -74,7 +76,7 @@ class TablePlan(Planned):
         """The result as numbers, lists and words, for files.
 
         Example
-        >>> print(sorted(gn.plan_table(4).to_json())[:4])
+        >>> print(sorted(gn.planning.plan_table(4).to_json())[:4])
         ['basis', 'before', 'directions', 'error']
         """
         return {
@@ -110,7 +112,7 @@ def planned_table(
     starts: int,
     seed: int,
 ) -> TablePlan:
-    """The plan; see `gonio.plan_table`."""
+    """The plan; see `gonio.planning.plan_table`."""
     wi, wo = pairs_of(goniometer, candidates, True)
     if n > len(wi):
         raise ParameterError(f"n={n}: expected at most {len(wi)}, the pairs of directions there are; smaller steps")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...interreflection.result import Radiosity
-from ...pictures.difference import Difference
+from ...pictures.difference import PictureDifference
 from ...pictures.image import Image
 from ...rays.triangles import Triangles
 from ...scenes.mesh import Mesh
@@ -61,7 +61,7 @@ def _png(picture: Image) -> bytes:
 
 
 @html_of.register
-def _difference(found: Difference) -> Cut:
+def _difference(found: PictureDifference) -> Cut:
     size = np.abs(found.pixels).mean(axis=-1)
     scale = float(np.quantile(size[found.inside], 0.995)) or 1.0
     signed = np.clip(found.pixels.mean(axis=-1) / scale, -1.0, 1.0)[..., None]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...bridges.source import Source
+from ...bridges.source import ShaderSource
 from ...declared.contents import Contents, summary
 from ...facts.compiled import Kernel
 from ...fitting.result import Fit
@@ -140,7 +140,7 @@ def _fate(fate: Fate) -> Cut:
 
 
 @html_of.register
-def _source(source: Source) -> Cut:
+def _source(source: ShaderSource) -> Cut:
     functions = ", ".join(source.functions)
     parts: list[str] = [paragraph(functions, quiet=True), block(source.text)]
     if source.arguments:

@@ -15,7 +15,7 @@ from ...evaluate.tracing import content
 from ...figures._slices import bounded, f_in_plane, incidences, lit_range
 from ...fitting.fitting import fit
 from ...fitting.result import Fit
-from ...reconstruction.nearest import nearest
+from ...reconstruction.nearness import nearest
 from . import curves
 from .guarded import in_a_line
 

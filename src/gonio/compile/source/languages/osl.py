@@ -1,4 +1,4 @@
-"""OSL: functions of a shader; large tables are read from pictures of one channel, which `Source.save` writes."""
+"""OSL: functions of a shader; large tables are read from pictures of one channel, which `ShaderSource.save` writes."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ class ReflectanceBasis:
     variances    (k,) share of each component in the variance of all
 
     Example
-    >>> basis = gn.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)])
+    >>> basis = gn.reconstruction.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)])
     >>> print(len(basis), basis.variances.round(3))  # of brightness alone
     1 [1.]
     """
@@ -109,7 +109,8 @@ class ReflectanceBasis:
         arrays = isinstance(self.mean, np.ndarray) and isinstance(self.factors, np.ndarray)
         if not arrays or self.factors.shape[:-1] != self.mean.shape or not isinstance(self.axes, dict):
             raise ParameterError(
-                f"ReflectanceBasis(axes={shown(self.axes)}): expected what gn.reflectance_basis makes; call that"
+                f"ReflectanceBasis(axes={shown(self.axes)}): expected what gn.reconstruction.reflectance_basis makes; "
+                f"call that"
             )
 
     def __len__(self) -> int:
@@ -120,7 +121,7 @@ class ReflectanceBasis:
         """(grid) shares of the nodes in a mean over all pairs of directions, weighted by both cosines.
 
         Example
-        >>> basis = gn.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)])
+        >>> basis = gn.reconstruction.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)])
         >>> print(basis.weights.shape, basis.weights.sum().round(6))
         (90, 32, 9) 1.0
         """
@@ -136,7 +137,7 @@ class ReflectanceBasis:
         """The basis at pairs of directions (n, 3), linear between the nodes.
 
         Example
-        >>> basis = gn.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)])
+        >>> basis = gn.reconstruction.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)])
         >>> rows = basis.at(gn.direction([0.5], 0.0), gn.direction([0.7], 2.0))
         >>> print(np.exp(rows.mean).round(3), (np.prod([0.1, 0.2, 0.4, 0.8]) ** 0.25 / np.pi).round(3))
         [0.09] 0.09
@@ -166,7 +167,7 @@ class ReflectanceBasis:
         """The table of f of which ln(f + offset) is `log_f` (grid..., C), with half of the 68 % interval as u.
 
         Example
-        >>> basis = gn.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)])
+        >>> basis = gn.reconstruction.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)])
         >>> print(basis.table(basis.mean[..., None], None, None).f([0, 0, 1], [0, 0, 1]).round(3))
         0.09
         """

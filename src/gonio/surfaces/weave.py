@@ -12,7 +12,7 @@ from .height_field import HeightField
 
 
 @checked
-def threads(
+def weave(
     thickness: Annotated[
         float, Declared("of a thread, in distances between threads; half of it is above its middle line", 0.01, 2.0)
     ] = 0.4,
@@ -39,8 +39,8 @@ def threads(
     cylinders as an example of a mesostructure); the shape is our own.
 
     Example
-    >>> weave = gn.surfaces.threads(size=32)
-    >>> print(weave.period, weave.turn == np.pi)
+    >>> cloth = gn.surfaces.weave(size=32)
+    >>> print(cloth.period, cloth.turn == np.pi)
     (2.0, 2.0) True
     """
     at = (np.arange(size) + 0.5) * 2.0 / size

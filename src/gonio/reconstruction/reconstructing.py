@@ -1,4 +1,5 @@
-"""`gn.reconstruct` and its like: whole tables from few values, by a basis of the built-in materials or of others."""
+"""`gn.reconstruction.reconstruct` and its like: whole tables from few values, by a basis of the built-in materials or
+of others."""
 
 from __future__ import annotations
 
@@ -15,12 +16,12 @@ from ..declared.arguments import Declared, Seed, checked
 from ..errors import ParameterError, shown
 from ..fitting.asked import ThetaMax
 from ..fitting.samples import samples
+from .basis import COMPONENTS, DEPARTURE, OFFSET, ReflectanceBasis, learnt
 from .planning.asked import Floor, Noise
 from .planning.directions import MOST, check_noise
 from .planning.goniometer import Goniometer
 from .planning.table_plan import TablePlan, planned_table
 from .posterior import Reconstruction, reconstruction
-from .reflectance_basis import COMPONENTS, DEPARTURE, OFFSET, ReflectanceBasis, learnt
 
 
 @checked
@@ -65,7 +66,7 @@ def reflectance_basis(
              Brand & McMillan 2003.
 
     Example
-    >>> basis = gn.reflectance_basis()
+    >>> basis = gn.reconstruction.reflectance_basis()
     >>> print(len(basis), len(basis.materials), basis.variances[:5].sum() > 0.99)
     40 100 True
     """
@@ -115,8 +116,8 @@ def reconstruct(
 
     Example
     >>> m = gn.material("green-latex")
-    >>> planned = gn.plan_table(10)
-    >>> found = gn.reconstruct((planned.wi, planned.wo, m.f(planned.wi, planned.wo)))
+    >>> planned = gn.planning.plan_table(10)
+    >>> found = gn.reconstruction.reconstruct((planned.wi, planned.wo, m.f(planned.wi, planned.wo)))
     >>> print(np.allclose(gn.albedo(found.reflectance, [0, 0, 1]), gn.albedo(m, [0, 0, 1]), rtol=0.05))
     True
     """
@@ -159,7 +160,7 @@ def plan_table(
              criterion, which is the condition number there.
 
     Example
-    >>> planned = gn.plan_table(8)
+    >>> planned = gn.planning.plan_table(8)
     >>> print(len(planned), planned.error < 0.1 * planned.before)
     8 True
     """

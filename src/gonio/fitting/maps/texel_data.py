@@ -1,4 +1,5 @@
-"""`gn.observations`: pixels of images under known lights as f at local directions, for a fit at every texel."""
+"""`gn.reconstruction.texel_data`: pixels of images under known lights as f at local directions, for a fit at every
+texel."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ from .maps import FitMap, fit_map
 
 
 @dataclass(frozen=True, eq=False)
-class Observations:
+class TexelData:
     """What K images say about the texels (...) of a surface, of which normals and lights are known.
 
     wi     (..., K, 3) directions to the lights, local
@@ -32,7 +33,8 @@ class Observations:
 
     Example
     >>> lamps = [gn.DistantLight(gn.direction(0.3, 0.0)), gn.DistantLight(gn.direction(1.8, 0.0))]
-    >>> print(gn.observations(np.full((2, 1, 1), 0.1), lamps, [0, 0, 1], normal=[0, 0, 1]).f.round(3))  # one is below
+    >>> seen = gn.reconstruction.texel_data(np.full((2, 1, 1), 0.1), lamps, [0, 0, 1], normal=[0, 0, 1])
+    >>> print(seen.f.round(3))  # one is below
     [[[0.105   nan]]]
     """
 
@@ -60,7 +62,7 @@ class Observations:
         Example
         >>> lamps = [gn.DistantLight(gn.direction(theta, 0.0), 2.0) for theta in (0.2, 0.6, 1.0)]
         >>> images = np.array([0.2, 0.17, 0.11])[:, None, None] * np.ones((2, 2))
-        >>> found = gn.observations(images, lamps, [0, 0, 1], normal=[0, 0, 1]).fit(gn.Lambertian())
+        >>> found = gn.reconstruction.texel_data(images, lamps, [0, 0, 1], normal=[0, 0, 1]).fit(gn.Lambertian())
         >>> print(found.values["rho"].round(2))
         [[0.32 0.32]
          [0.32 0.32]]
@@ -81,7 +83,7 @@ class Observations:
 
 
 @checked
-def observations(
+def texel_data(
     images: Any,
     lights: Light | Iterable[Light],
     wo: Any,
@@ -94,10 +96,10 @@ def observations(
     shadow: float = 0.0,
     u: Any = None,
     coloured: bool | None = None,
-) -> Observations:
+) -> TexelData:
     """Pixels of K images under K known lights as f = L/(E cos theta_i) at local directions, ready for a fit.
 
-    `wo`: to the camera, in the world; of a camera that is near gn.normalize(camera.eye - position).
+    `wo`: to the camera, in the world; of a camera that is near gn.directions.normalize(camera.eye - position).
     `normal`: of a depth map or a mesh, or those that `photometric_stereo` found; texels where it is NaN are left out.
     `tangent`: d_x, for models that are anisotropic; without it the world's x axis turned with the normal.
     The others: as of `photometric_stereo`. Lights below the surface are left out.
@@ -112,7 +114,7 @@ def observations(
     >>> up, normal = [0.0, 0.0, 1.0], gn.direction([[0.1, 0.3]], [[1.0, 2.0]])  # an image of two pixels
     >>> paint = gn.Lambertian(0.4) + gn.Microfacet(gn.GGX(0.4), gn.Schlick(0.04))
     >>> images = [gn.reflected_radiance(paint, lamp, up, normal=normal) for lamp in lamps]
-    >>> seen = gn.observations(images, lamps, up, normal=normal)
+    >>> seen = gn.reconstruction.texel_data(images, lamps, up, normal=normal)
     >>> print(np.allclose(seen.f, paint.f(seen.wi, seen.wo)))
     True
     """
@@ -142,7 +144,7 @@ def observations(
     with np.errstate(invalid="ignore"):
         spread = None if block.u is None else by_texel(np.where(np.isfinite(f), block.u / np.abs(scale), 1.0))
     wi, wo = wi.reshape(*data.shape, count[1], 3), wo.reshape(*data.shape, 1, 3)
-    return Observations(wi, wo, by_texel(f), spread, data.coloured)
+    return TexelData(wi, wo, by_texel(f), spread, data.coloured)
 
 
 def _vectors(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:

@@ -117,7 +117,7 @@ class Matches(list[Match]):
     """Materials by their distance, the nearest first; they print with a line for each.
 
     Example
-    >>> found = gn.nearest(gn.material("brass"))
+    >>> found = gn.reconstruction.nearest(gn.material("brass"))
     >>> print([match.name for match in found[:2]])
     ['brass', 'chrome-steel']
     """
@@ -190,10 +190,10 @@ def nearest(
     be compared; NotFoundError for a name or a folder that is not there.
 
     Example
-    >>> found = gn.nearest(gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.34)), count=3)
+    >>> found = gn.reconstruction.nearest(gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.34)), count=3)
     >>> print([match.name for match in found], found[0].distance < 0.01)
     ['water', 'magnesium-fluoride', 'silica'] True
-    >>> darker = gn.nearest(0.25 * gn.material("pink-felt"), scale="free", count=1)[0]
+    >>> darker = gn.reconstruction.nearest(0.25 * gn.material("pink-felt"), scale="free", count=1)[0]
     >>> print(darker.name, round(darker.factor, 4))
     pink-felt 0.25
     """
@@ -342,7 +342,9 @@ def _seen(m: Reflectance) -> _Seen:
             f"nearest: {shown(m)} transmits light; expected a surface that reflects alone: compare its reflecting part"
         )
     if m.fluoresces:
-        raise ParameterError(f"nearest: {shown(m)} fluoresces; expected f without: gn.nearest(m.under(light), ...)")
+        raise ParameterError(
+            f"nearest: {shown(m)} fluoresces; expected f without: gn.reconstruction.nearest(m.under(light), ...)"
+        )
     require_numbers(m, "nearest")
     if maps := map_shape(m):
         raise ParameterError(

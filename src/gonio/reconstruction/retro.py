@@ -1,4 +1,5 @@
-"""`gn.retro_facets`: the distribution of facet normals that retro-reflection shows, by power iteration."""
+"""`gn.reconstruction.retro_facets`: the distribution of facet normals that retro-reflection shows, by power
+iteration."""
 
 from __future__ import annotations
 
@@ -62,7 +63,7 @@ class RetroFacets:
     notes     sentences about what should be known
 
     Example
-    >>> found = gn.retro_facets(gn.Microfacet(gn.GGX(0.3), gn.Schlick(0.05)))
+    >>> found = gn.reconstruction.retro_facets(gn.Microfacet(gn.GGX(0.3), gn.Schlick(0.05)))
     >>> print(found.F0.round(4), found.steps, found.notes)
     0.05 14 ()
     """
@@ -83,7 +84,7 @@ class RetroFacets:
 
         Example
         >>> paint = gn.Microfacet(gn.GGX(0.3), gn.Schlick(0.05))
-        >>> m = gn.retro_facets(paint).model
+        >>> m = gn.reconstruction.retro_facets(paint).model
         >>> print(m.f_angles(0.4, 0.0, 0.4, np.pi).round(3), paint.f_angles(0.4, 0.0, 0.4, np.pi).round(3))
         0.204 0.204
         """
@@ -94,7 +95,7 @@ class RetroFacets:
         """The same with GGX: alpha is the mean of |slope| along each axis. A start for `gn.fit`.
 
         Example
-        >>> print(gn.retro_facets(gn.Microfacet(gn.GGX(0.3, 0.5), 0.5)).ggx.distribution)
+        >>> print(gn.reconstruction.retro_facets(gn.Microfacet(gn.GGX(0.3, 0.5), 0.5)).ggx.distribution)
         GGX(alpha_x=0.3, alpha_y=0.4999)
         """
         return self._with(self._ggx())
@@ -104,7 +105,7 @@ class RetroFacets:
         """The same with Beckmann: alpha^2 is twice the mean square of the slope along each axis.
 
         Example
-        >>> print(gn.retro_facets(gn.Microfacet(gn.Beckmann(0.3), 0.5)).beckmann.distribution)
+        >>> print(gn.reconstruction.retro_facets(gn.Microfacet(gn.Beckmann(0.3), 0.5)).beckmann.distribution)
         Beckmann(alpha_x=0.3)
         """
         return self._with(self._beckmann())
@@ -161,7 +162,7 @@ def retro_facets(
 
     Example
     >>> gold = gn.Microfacet(gn.Beckmann(0.2), gn.Schlick([1.0, 0.77, 0.34]))
-    >>> found = gn.retro_facets(gold)
+    >>> found = gn.reconstruction.retro_facets(gold)
     >>> print(found.F0.round(3), found.beckmann.distribution)
     [1.   0.77 0.34] Beckmann(alpha_x=0.2001)
     """

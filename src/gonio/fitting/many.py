@@ -1,4 +1,5 @@
-"""`gn.fit_many`: fits of many materials by several models, as a table; runs that were stopped go on where they were."""
+"""`gn.fitting.fit_many`: fits of many materials by several models, as a table; runs that were stopped go on where they
+were."""
 
 from __future__ import annotations
 
@@ -75,7 +76,7 @@ def fit_many(
 
     Example
     >>> materials = {"dark": gn.Lambertian(0.1), "bright": gn.OrenNayar(0.8, 0.3)}
-    >>> table = gn.fit_many(materials, {"matt": gn.Lambertian(), "rough": gn.OrenNayar()})
+    >>> table = gn.fitting.fit_many(materials, {"matt": gn.Lambertian(), "rough": gn.OrenNayar()})
     >>> print(table[["material", "model", "rho"]].round(2).to_string(index=False))
     material model  rho
         dark  matt 0.10

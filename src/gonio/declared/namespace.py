@@ -1,0 +1,79 @@
+"""Public modules: what `dir` shows of them, names that are imported when they are first used, where a name is."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import reduce
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+from ..errors import suggestion
+
+PACKAGE = __name__.partition(".")[0]
+
+
+class _NoSuchName(AttributeError):
+    """A module has no attribute of this name. What it says is looked for when it is read: imports ask and go on."""
+
+    def __init__(self, module: str, name: str, names: Iterable[str]):
+        super().__init__(module, name)
+        self.names = names
+
+    def __str__(self) -> str:
+        module, name = self.args
+        place = None if name[0] == "_" else next(places_of(name), None)
+        advice = f"; it is {place}" if place else suggestion(name, self.names)
+        return f"module {module!r} has no attribute {name!r}{advice}"
+
+
+def on_use(module: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` of a public module: name -> the module of gonio that defines it.
+
+    "" where the name is a module's. A name that is elsewhere is told with its place: `gn.fitting.fit_map`.
+    """
+    names = sorted(homes)
+
+    def attribute(name: str) -> Any:
+        if name not in homes:
+            raise _NoSuchName(module, name, dir(sys.modules[module]))
+        value = import_module(f"{PACKAGE}.{homes[name] or name}")
+        if homes[name]:
+            value = getattr(value, name)
+        setattr(sys.modules[module], name, value)
+        return value
+
+    return attribute, lambda: names, names
+
+
+def own_names(attributes: Mapping[str, Any], *others: str) -> tuple[list[str], Callable[[], list[str]]]:
+    """`__all__` and `__dir__` of a public module that imports or defines all it shows: functions and classes that are
+    defined in its files, and `others`: constants, and modules of its folder."""
+    own = f"{attributes['__name__']}."
+    defined = {n for n, x in attributes.items() if f"{getattr(x, '__module__', '')}.".startswith(own) and n[0] != "_"}
+    names = sorted(defined.union(others))
+    return names, lambda: names
+
+
+def namespaces() -> Iterator[tuple[str, ModuleType]]:
+    """Public modules by their places: `fitting`, `radiometry.roughness`; `__all__` says what they hold."""
+    waiting = [("", sys.modules[PACKAGE])]
+    while waiting:
+        place, module = waiting.pop()
+        if place:
+            yield place, module
+        values = ((f"{place}.{name}".lstrip("."), getattr(module, name)) for name in module.__all__)
+        waiting += [(p, x) for p, x in values if isinstance(x, ModuleType) and hasattr(x, "__all__")]
+
+
+def places_of(name: str) -> Iterator[str]:
+    """How what is public by this name is written: `gn.albedo`, `gn.figures.albedo`."""
+    if name in sys.modules[PACKAGE].__all__:
+        yield f"gn.{name}"
+    yield from (f"gn.{namespace}.{name}" for namespace, module in namespaces() if name in module.__all__)
+
+
+def value_at(place: str) -> Any:
+    """What is public at a place: `gn.albedo`, `gn.figures.albedo`."""
+    return reduce(getattr, place.split(".")[1:], sys.modules[PACKAGE])
