@@ -24,9 +24,14 @@ from os import PathLike
 from types import ModuleType
 from typing import Any, Literal
 
+from .base.light import Light
 from .declared.contents import Contents
-from .formula.classes import Array
 from .declared.version import __version__ as __version__
+from .formula.classes import Array
+from .formula.distribution import Distribution
+from .formula.fresnel_term import Fresnel
+from .pictures.image import Image
+from .scenes.mesh import Mesh
 '''
 
 
@@ -46,7 +51,7 @@ def listing(module: ModuleType) -> str:
     up = ".." if Path(str(module.__file__)).stem == "__init__" else "."
     homes = sorted((getattr(module, name).__module__.removeprefix("gonio."), name) for name in module.__all__)
     imports = "\n".join(f"from {up}{home} import {name} as {name}" for home, name in homes)
-    return f'"""{docstring(module)}"""\n\n{imports}\n'
+    return f'"""{docstring(module).partition(chr(10))[0]}"""\n\n{imports}\n'
 
 
 def text() -> str:

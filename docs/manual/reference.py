@@ -18,6 +18,7 @@ import gonio as gn
 from gonio.base.light import Light
 from gonio.declared import discover
 from gonio.declared.contents import Folder
+from gonio.declared.namespace import namespaces
 from gonio.facts.models import kinds
 from gonio.formula.state import derived
 
@@ -64,7 +65,7 @@ def groups() -> dict[str, Group]:
     for key in [*titles, *sorted(set(of) - set(titles))]:
         title = titles.get(key, key.replace("_", " ").capitalize())
         found[key] = Group(title, sentence(texts.get(key, "")), "gonio", tuple(of[key]))
-    named = {f"gonio.{name}": getattr(gn, name) for name in modules}
+    named = {f"gonio.{place}": module for place, module in namespaces()} | {"gonio.errors": gn.errors}
     named |= {module.__name__: module for module in (*(import_module(f"gonio.{name}") for name in DOORS), *bridges())}
     for title, module in sorted(named.items(), key=lambda item: ("bridges" in item[0], item[0])):
         if names := tuple(public(module)):

@@ -5,9 +5,14 @@ from os import PathLike
 from types import ModuleType
 from typing import Any, Literal
 
+from .base.light import Light
 from .declared.contents import Contents
-from .formula.classes import Array
 from .declared.version import __version__ as __version__
+from .formula.classes import Array
+from .formula.distribution import Distribution
+from .formula.fresnel_term import Fresnel
+from .pictures.image import Image
+from .scenes.mesh import Mesh
 from . import colour as colour
 from . import directions as directions
 from . import engine as engine

@@ -1,5 +1,4 @@
-"""Unit vectors, beside `gn.direction` and `gn.angles`: local frames, half and difference angles, reflection,
-refraction."""
+"""Unit vectors, beside `gn.direction` and `gn.angles`: local frames, half and difference angles, reflection,"""
 
 from .base.frames import from_half_difference as from_half_difference
 from .base.frames import half_difference as half_difference

@@ -5,7 +5,6 @@ from .declared.namespace import on_use
 __getattr__, __dir__, __all__ = on_use(
     __name__,
     {
-        "Blackbody": "formula.blackbody",
         "Conversion": "conversion.conversion",
         "Fate": "integrals.fate",
         "Fit": "fitting.result",

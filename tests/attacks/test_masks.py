@@ -10,6 +10,7 @@ import pytest
 
 import gonio as gn
 from gonio.arrays import ops
+from gonio.base.reflectance import Scaled
 from gonio.errors import ArrayTypeError, Error, ParameterError
 
 WI, WO = gn.direction([0.2, 0.7, 1.2], [0.0, 1.0, 3.0]), gn.direction([0.9, 0.3, 0.6], [3.0, 4.0, 0.1])
@@ -268,7 +269,7 @@ def test_what_is_no_real_number_is_refused(value):
     stacked = [[[x]] for x in value] if isinstance(value, list) else value.reshape(2, 1, 1)
     calls = [
         lambda: gn.Lambertian(value),
-        lambda: value * gn.Lambertian(0.5) if isinstance(value, np.ndarray) else gn.Scaled(value, gn.Lambertian()),
+        lambda: value * gn.Lambertian(0.5) if isinstance(value, np.ndarray) else Scaled(value, gn.Lambertian()),
         lambda: gn.Lambertian(0.5) / (value if isinstance(value, np.ndarray) else np.array(value, object)),
         lambda: gn.Gridded("angles", two, stacked),
         lambda: gn.Gridded("angles", two, whole, uncertainty=stacked),

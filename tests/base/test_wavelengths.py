@@ -12,6 +12,7 @@ from sweeps import trying
 
 import gonio as gn
 from gonio.authoring import Fresnel, Reflectance, param, wavelengths
+from gonio.base.reflectance import Scaled, Sum
 from gonio.errors import ParameterError
 from gonio.evaluate import tracing
 from gonio.formula.json_form import from_json
@@ -44,9 +45,9 @@ def made(nm):
     two = gn.Lambertian([0.1, 0.2])
     yield gn.Lambertian([0.1, 0.2], wavelengths=nm)
     yield 0.5 * gn.Lambertian([0.1, 0.2], wavelengths=nm)
-    yield gn.Scaled(0.5, two, wavelengths=nm)
+    yield Scaled(0.5, two, wavelengths=nm)
     yield gn.Lambertian(0.3) + gn.Lambertian([0.1, 0.2], wavelengths=nm)
-    yield gn.Sum(gn.Lambertian(0.3), two, wavelengths=nm)
+    yield Sum(gn.Lambertian(0.3), two, wavelengths=nm)
     yield gn.Coated(gn.Lambertian([0.1, 0.2], wavelengths=nm))
     yield gn.Microfacet(gn.GGX(0.2), gn.Conductor([0.2, 0.3], 3.0), wavelengths=nm)
     yield gn.Microfacet(gn.GGX(0.2), _Rayleigh(0.5)).at(nm)

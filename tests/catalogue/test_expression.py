@@ -8,7 +8,7 @@ from materials import most
 from sweeps import every
 
 import gonio as gn
-from gonio.base.reflectance import Reflectance
+from gonio.base.reflectance import Reflectance, Sum
 from gonio.catalogue.expressions import MAX_LENGTH, expression, names, read
 from gonio.catalogue.typed import with_parameters
 from gonio.cli.arguments import resolve, resolve_light
@@ -50,8 +50,8 @@ def test_expression_reverses_repr(name, seed):
         gn.Microfacet(gn.Beckmann(0.3), gn.Schlick(0.1), masking="v_groove"),
         gn.Microfacet(gn.GaussianFacets(0.3), 0.5, "v_groove"),
         2.0 * (3.0 * gn.Lambertian(0.1)),
-        gn.Sum(gn.Sum(gn.Lambertian(0.1), gn.Phong()), gn.Lambertian(0.2)),
-        gn.Sum(gn.Lambertian(0.25)),
+        Sum(Sum(gn.Lambertian(0.1), gn.Phong()), gn.Lambertian(0.2)),
+        Sum(gn.Lambertian(0.25)),
         gn.IdealSpecular(gn.Dielectric(1.5)),
         gn.Lambertian([[[0.1, 0.2, 0.3]]]),
         gn.Stack([gn.Interface(1.5), gn.Medium(5.0, albedo=[0.99, 0.9, 0.5])], gn.Lambertian(0.1)),

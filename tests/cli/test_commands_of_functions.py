@@ -52,9 +52,10 @@ def called(command: Command) -> list[str]:
 def test_no_option_restates_a_declared_argument(name):
     """... of a function that its command calls: bounds, defaults and words are those of the signature."""
     command = cli.commands[name]
-    functions = [getattr(gn, function) for function in called(command)]
-    functions += command.functions.values() if isinstance(command, Command) else ()
-    declared = {argument for function in functions for argument in arguments(function)}
+    by_name = {place.rpartition(".")[2]: function for place, function in functions().items()}
+    asked = [by_name[name] for name in called(command)]
+    asked += command.functions.values() if isinstance(command, Command) else ()
+    declared = {argument for function in asked for argument in arguments(function)}
     assert not declared & {p.name for p in command.params}
 
 
@@ -95,7 +96,7 @@ WRONG = [
     ("measure gaussian(0.3) -o a.csv --pixel 1", "--pixel: does nothing beside a surface that is no map"),
     ("fit gold --select lobes --robust huber", "--robust: does nothing beside --select"),
     ("fit gold --loss cosin", "did you mean 'cosine'?"),
-    ("source gold --function f,pfd", "did you mean 'pdf'?"),
+    ("shader-source gold --function f,pfd", "did you mean 'pdf'?"),
     ("plan gold 3 --theta-i 80,10", "--theta-i '80,10': expected the least angle first, then the largest"),
     ("render gold -o a.png --shape cube", "--shape 'cube': expected one of 'cylinder'"),
     ("convert gold a.bsdf --format rgk", "--format 'rgk': expected one of"),

@@ -57,7 +57,7 @@ COMPLETIONS = [
     ("gonio formats mer", 2, {"MERL"}),
     ("gonio convert gold x.y --format RG", 5, {"RGL"}),
     ("gonio render gold -l dis", 4, {"distant"}),
-    ("gonio source gold --language gl", 4, {"glsl"}),
+    ("gonio shader-source gold --language gl", 4, {"glsl"}),
     ("gonio albedo gold --the", 3, {"--theta-i"}),
 ]
 
@@ -224,9 +224,9 @@ def test_radians_given_as_degrees_in_python():
 
 
 def test_source_is_printed_and_written(run):
-    printed = run("source", "gold", "--language", "c", "--function", "f,pdf").stdout
+    printed = run("shader-source", "gold", "--language", "c", "--function", "f,pdf").stdout
     assert printed == str(gn.engine.shader_source(gn.material("gold"), "c", ["f", "pdf"]))
-    done = run("source", "gold", "-p", "alpha=0.3", "--parameters", "arguments", "--name", "au", "-o", "au.glsl")
+    done = run("shader-source", "gold", "-p", "alpha=0.3", "--parameters", "arguments", "--name", "au", "-o", "au.glsl")
     assert done.exit_code == 0 and "au_f" in done.stdout
     with open("au.glsl", encoding="utf-8") as file:
         assert file.read() == str(
@@ -246,17 +246,17 @@ def test_source_is_printed_and_written(run):
     ],
 )
 def test_bad_words_for_source(run, more, said):
-    done = run("source", "gold", *more)
+    done = run("shader-source", "gold", *more)
     assert done.exit_code == 2 and said in done.stderr and done.stderr.count("\n") == 1 and not done.stdout
 
 
 def test_help_names_the_languages():
-    (option,) = (option for option in commands.cli.commands["source"].asked if option.name == "language")
+    (option,) = (option for option in commands.cli.commands["shader-source"].asked if option.name == "language")
     assert f"One of {', '.join(LANGUAGES)}." in option.help
 
 
 def test_a_material_that_is_not_there_is_said(run):
-    done = run("source", "unobtainium")
+    done = run("shader-source", "unobtainium")
     assert done.exit_code == 2 and "no such file" in done.stderr
     with pytest.raises(ParameterError):
         gn.engine.shader_source(gn.Lambertian(0.5), "fortran")

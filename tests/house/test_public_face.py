@@ -8,11 +8,13 @@ import pydoc
 import re
 import subprocess
 import sys
+import typing
 from collections import Counter
 from pathlib import Path
 from runpy import run_path
 from textwrap import dedent
 
+import face
 import numpy as np
 import pytest
 from materials import DISTRIBUTIONS, FRESNELS, MODELS, public
@@ -22,10 +24,12 @@ from sweeps import every
 import gonio as gn
 from gonio import authoring
 from gonio.base.light import Light
-from gonio.base.reflectance import Scaled
+from gonio.base.reflectance import Scaled, Sum
 from gonio.declared import discover
-from gonio.declared.contents import WIDTH
-from gonio.errors import NotFoundError, ParameterError
+from gonio.declared.arguments import hints
+from gonio.declared.contents import WIDTH, Contents
+from gonio.declared.namespace import namespaces
+from gonio.errors import AccessError, NotFoundError, ParameterError
 from gonio.formula.classes import aliases, takes_fields
 from gonio.formula.fields import CLASSES, Option, Param, param
 from gonio.formula.json_form import from_json, names
@@ -105,7 +109,7 @@ def test_signatures_of_parts_options_and_what_must_be_given():
 
 
 def test_constructors_of_their_own_keep_their_signatures():
-    assert list(inspect.signature(gn.Sum).parameters) == ["terms", "wavelengths"]
+    assert list(inspect.signature(Sum).parameters) == ["terms", "wavelengths"]
     assert list(inspect.signature(gn.Gridded).parameters)[:3] == ["parameterization", "axes", "values"]
     assert list(inspect.signature(gn.TabulatedFacets).parameters) == ["theta", "values"]
 
@@ -170,6 +174,48 @@ def test_type_checkers_accept_and_refuse(tmp_path):
     lines = enumerate(files[1].read_text(encoding="utf-8").splitlines(), 1)
     wanted = [("fails", str(number), line.split("# error: ")[1]) for number, line in lines if "# error: " in line]
     assert errors == wanted, shown
+
+
+# Names.
+
+
+def test_the_face_fits_one_screen():
+    """What stands in expressions and the verbs of every day are flat; the others are in namespaces."""
+    assert len(gn.__all__) <= 170
+    twice = [name for name, count in Counter(map(str.lower, gn.__all__)).items() if count > 1]
+    assert twice == ["reflectance"], "names that differ by case alone: Nicodemus' quantity, and what has it, do"
+
+
+def test_what_functions_return_is_public():
+    """... or of a public class, or prints as a table of contents."""
+    public, unnamed = {*face.classes().values()}, set()
+    for function in face.functions().values():
+        returned = hints(function).get("return")
+        for kind in (returned, *typing.get_args(returned)):
+            if inspect.isclass(kind) and kind.__module__.startswith("gonio") and not issubclass(kind, Contents):
+                unnamed |= set() if public & {*kind.__mro__} else {kind}
+    assert not unnamed, "name these in gonio/results.py"
+
+
+def test_no_public_name_is_a_file_of_its_folder():
+    """`import gonio.scenes.x` makes x the file, and hides the name."""
+    for place, module in namespaces():
+        if "__getattr__" in vars(module) and hasattr(module, "__path__"):
+            files = {file.name for file in pkgutil.iter_modules(module.__path__)}
+            assert not files & {*module.__all__}, place
+
+
+def test_a_name_that_is_elsewhere_is_told_with_its_place():
+    for module, name, told in (
+        (gn, "fit_map", "it is gn.fitting.fit_map"),
+        (gn.fitting, "plan", "it is gn.planning.plan"),
+        (gn.scenes, "albedo", "it is gn.albedo"),
+        (gn.fitting, "fit_mup", "did you mean 'fit_map'"),
+    ):
+        with pytest.raises(AttributeError, match=f"no attribute {name!r}; {told}"):
+            getattr(module, name)
+    with pytest.raises(AccessError, match=r"write gn\.tables\.tabulate\(m\)"):
+        _ = gn.Lambertian().tabulate
 
 
 # Lists of what there is.

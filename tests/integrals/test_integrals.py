@@ -13,6 +13,7 @@ from libraries import thinned
 from materials import OBEDIENT, Draw, at_bounds, draws, on_sphere
 
 import gonio as gn
+from gonio.base.reflectance import Sum
 from gonio.errors import LeftOutWarning, MissingDataWarning, ParameterError, ToleranceWarning
 from gonio.integrals import by_polar_angle, factor_between, over_directions
 from gonio.integrals.cones import Cone, Rings, overlap
@@ -22,7 +23,7 @@ from gonio.numerics.quadrature import Integrals, Sums, cubature, place, weighed
 
 PI = math.pi
 GRAZING = math.radians(89.99)
-LAYERED = {Draw(kind, 0) for kind in (gn.Coated, gn.RoughCoated, gn.NormalMapped, gn.RetroMicrofacet, gn.Sum)}
+LAYERED = {Draw(kind, 0) for kind in (gn.Coated, gn.RoughCoated, gn.NormalMapped, gn.RetroMicrofacet, Sum)}
 """Beside the models that compiled kernels are held to the laws of."""
 X8, W8 = np.polynomial.legendre.leggauss(8)
 

@@ -30,6 +30,7 @@ from materials import (
 from sweeps import both_ways, by_model, each_model, trying
 
 import gonio as gn
+from gonio.base.reflectance import Scaled, Sum
 from gonio.evaluate import blocks
 from gonio.formula.direction import HORIZON
 from gonio.laws import LAWS
@@ -217,8 +218,8 @@ def conserving(m: Any, dtype: str, theta: tuple[float, ...] = (0.0, 45.0, 75.0, 
     """At these angles in degrees."""
     if "energy" in breaks(m):
         return
-    terms = m.terms if isinstance(m, gn.Sum) else [m]
-    limit = sum(float(t.weight) if isinstance(t, gn.Scaled) else 1.0 for t in terms)
+    terms = m.terms if isinstance(m, Sum) else [m]
+    limit = sum(float(t.weight) if isinstance(t, Scaled) else 1.0 for t in terms)
     phi = 0.3 + np.arange(len(theta)) * 0.7
     a = gn.albedo(m, gn.direction(np.radians(theta), phi), tolerance=3e-4)
     assert np.isfinite(a).all()

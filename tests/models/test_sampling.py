@@ -12,9 +12,10 @@ from materials import OBEDIENT, Draw, breaks, draws, on_sphere, pairs
 from sweeps import each_draw, each_draw_both_ways
 
 import gonio as gn
+from gonio.base.reflectance import Sum
 from gonio.numerics.lattice import lattice
 
-LOBES = [d for d in draws() if d.model is not gn.Sum and not d.material().has_delta]
+LOBES = [d for d in draws() if d.model is not Sum and not d.material().has_delta]
 
 VIEWS = on_sphere(np.radians([0.0, 30.0, 60.0, 80.0, 89.0]), [0.0, 0.5, 2.0, -2.5, 1.0])
 

@@ -37,7 +37,8 @@ CALLS = {
     "scenes.picture_jacobian": "gn.scenes.picture_jacobian(m, by=list(m.parameters)[:1], size=8, samples=1)",
     "planning.plan": "gn.planning.plan(m, 2, starts=1, by=list(m.parameters)[:1], per_channel=False)",
     "reconstruction.reconstruct": "gn.reconstruction.reconstruct(m)",
-    "reconstruction.reflectance_basis": "gn.reconstruction.reflectance_basis([m, gn.Lambertian()], 1, resolution=(6, 6, 4))",
+    "reconstruction.reflectance_basis": "gn.reconstruction.reflectance_basis("
+    "[m, gn.Lambertian(0.5)], 1, resolution=(6, 6, 4))",
     "render": "gn.render(m, size=8, samples=1)",
     "scenes.render_stokes": "gn.scenes.render_stokes(m, size=8, samples=1)",
     "repair.resample": 'gn.repair.resample(m, "directions.half_difference", resolution=(6, 6, 4))',

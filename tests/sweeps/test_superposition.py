@@ -95,6 +95,6 @@ def test_twice_the_light_of_a_scene():
         return gn.scenes.radiosity(gn.Scene([gn.scenes.Mesh((x, [[0, 1, 2, 3]]), ink, M) for x, M in faces]), 16)
 
     one, other, both, twofold = light(0.0, 1.0), light(3.0, 0.0), light(3.0, 1.0), light(0.0, 2.0)
-    for name in ("scenes.radiosity", "irradiance"):
+    for name in ("radiosity", "irradiance"):
         np.testing.assert_allclose(getattr(twofold, name), 2.0 * getattr(one, name), rtol=1e-9)
         np.testing.assert_allclose(getattr(both, name), getattr(one, name) + getattr(other, name), rtol=1e-9)

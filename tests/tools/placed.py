@@ -41,7 +41,7 @@ CALLS = {
     "np.full((3, 5), 0.05), [lit(gn.TurnedLight(a, t)) for t in (0.0, 2.0, 4.0)], position=at(p)))",
     "scenes.picture_jacobian": f"gn.scenes.picture_jacobian(m, lit(a), '0.rho', {_PICTURE})[1]['0.rho'].pixels",
     "scenes.radiosity": f"{_ALL}(gn.scenes.radiosity(gn.Scene({_ROOM}), 36, 'rays', tolerance=0.05))",
-    "radiosity by all pairs": f"{_ALL}(gn.scenes.radiosity(gn.Scene({_ROOM}), 12, 'dense', tolerance=0.05))",
+    "scenes.radiosity by all pairs": f"{_ALL}(gn.scenes.radiosity(gn.Scene({_ROOM}), 12, 'dense', tolerance=0.05))",
     "reflected_radiance": "gn.reflected_radiance(m, lit(a), to(n), to([0.0, 0.0, 1.0]), to([0.6, 0.8, 0.0]), at(p))",
     "render": f"gn.render(m, lit(a), {_PICTURE}).pixels",
     "scenes.write_turntable": f"[x.pixels for x in gn.scenes.write_turntable(m, None, lit(a), 2, {_PICTURE})]",
@@ -61,7 +61,7 @@ MOTIONS = {
 ONLY = {
     "gonioreflectometer": ("shifted", "small", "large"),
     "scenes.radiosity": tuple(MOTIONS),
-    "radiosity by all pairs": tuple(MOTIONS),
+    "scenes.radiosity by all pairs": tuple(MOTIONS),
     "scenes.write_turntable": ("turned",),  # about the axis of the world through 0, 0, 0
 }
 """How the world of a call may be moved, if not as others: lights have lengths in them, a surface its axes."""

@@ -166,6 +166,13 @@ def _target(name: str, call: Any, owner: type | None = None) -> Target | None:
     return Target(name, call, owner, parameters[1:] if owner is not None else parameters)
 
 
+def _is_made_by_functions(place: str, thing: Any) -> bool:
+    """Whether this is a class of results that takes whatever it is given: functions alone make these."""
+    if not isinstance(thing, type):
+        return False
+    return issubclass(thing, tuple) or (place.startswith("results.") and not hasattr(thing, "__post_init__"))
+
+
 def targets() -> tuple[Target, ...]:
     """Everything public, by introspection."""
     return _targets(tuple(face.public()))
@@ -179,7 +186,7 @@ def _targets(places: tuple[str, ...]) -> tuple[Target, ...]:
         thing = public[place]
         if isinstance(thing, types.ModuleType):
             found[place] = Target(place, thing.__call__, None, ())
-        elif callable(thing) and not (isinstance(thing, type) and issubclass(thing, tuple)):  # results are plain tuples
+        elif callable(thing) and not _is_made_by_functions(place, thing):
             found[place] = _target(place, thing)
     for thing in list(objects().values()):
         if not type(thing).__module__.startswith("gonio"):

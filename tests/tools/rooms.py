@@ -20,9 +20,6 @@ ROOMS = (
 )
 """Folders, from the ground up; "" stands for the modules beside them."""
 
-DOORS = {"", "__main__", "authoring", "testing"}
-"""What users enter by: these import from anywhere."""
-
 
 def _name(path: Path) -> str:
     parts = path.relative_to(PACKAGE).with_suffix("").parts
@@ -30,6 +27,10 @@ def _name(path: Path) -> str:
 
 
 MODULES = {_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+
+
+DOORS = {name for name in MODULES if ("." not in name and MODULES[name].name != "__init__.py") or not name} - {"errors"}
+"""The modules beside the rooms, by which users enter: these import from anywhere, but for the errors."""
 
 
 def room(name: str) -> str:
@@ -113,16 +114,21 @@ def above(parts: set[str], graph: dict[str, set[str]]) -> set[str]:
 
 @cache
 def _public() -> dict[str, str]:
-    """Public name -> the part of the package that it comes from, by the stub."""
-    text = (PACKAGE / "__init__.pyi").read_text(encoding="utf-8")
-    lines = re.findall(r"^from \.([\w.]*) import (\w+) as _?(\w+)$", text, re.MULTILINE)
-    return {name: part(".".join(filter(None, (module, "" if module else this)))) for module, this, name in lines}
+    """Place of a public name, `albedo` or `fitting.fit_map` -> the part of the package it comes from, by the stubs."""
+    places = {}
+    for stub in PACKAGE.rglob("*.pyi"):
+        namespace = _name(stub)
+        lines = re.findall(
+            r"^from \.+([\w.]*) import (\w+) as _?(\w+)$", stub.read_text(encoding="utf-8"), re.MULTILINE
+        )
+        places |= {f"{namespace}.{name}".lstrip("."): part(module or this) for module, this, name in lines}
+    return places
 
 
 def used(text: str) -> set[str]:
     """Parts of the package that a program names, as modules or by what is public of them."""
     modules = re.findall(r"\bgonio\.(\w+)|\bfrom gonio import (\w+)", text)
     names = {first or second for first, second in modules}
-    return {part(n) for n in names if n in MODULES} | {
-        _public()[n] for n in re.findall(r"\bgn\.(\w+)", text) if n in _public()
-    }
+    written = re.findall(r"\bgn\.(\w+)(?:\.(\w+))?", text)
+    places = {place for first, second in written for place in (first, f"{first}.{second}")}
+    return {part(n) for n in names if n in MODULES} | {_public()[place] for place in places & _public().keys()}

@@ -1,9 +1,9 @@
 """Commands whose options follow from the signatures of public functions.
 
-    @command("plan", "Goniometer", short_help="Plan which directions to measure.")
+    @command("planning.plan", "planning.Goniometer", short_help="Plan which directions to measure.")
     @material_argument
     def plan(material: Material, asked: Asked) -> None:
-        planned = asked.call("plan", material.read(), goniometer=asked.call("Goniometer"))
+        planned = asked.call("planning.plan", material.read(), goniometer=asked.call("planning.Goniometer"))
 
 Each declared argument of `gn.planning.plan` and `gn.planning.Goniometer` is an option: angles are typed in degrees,
 shares in %, words in any case, several values with commas between. What is not typed is left to the function. The

@@ -25,8 +25,8 @@ from . import (
     reconstruct,
     render,
     report,
+    shader_source,
     show,
-    source,
     view,
 )
 from .terminal import Program, echo, streams
@@ -61,7 +61,7 @@ class _Gonio(Program):
             return super().resolve_command(ctx, args)
         except click.exceptions.NoSuchCommand as error:
             functions = [name.replace("_", "-") for name in asked_of_one()]
-            known = [*self.commands, *functions]
+            known = sorted({*self.commands, *functions})
             raise click.exceptions.NoSuchCommand(error.command_name, possibilities=known, ctx=ctx) from None
 
 
@@ -95,8 +95,8 @@ def cli(ctx: click.Context) -> None:
 
 for command in (
     *(materials.materials, models.models, info.info, albedo.albedo, check.check),
-    *(render.render, show.show, source.source, report.report, view.view, compare.compare, nearest.nearest),
-    *(fit.fit, plan.plan, reconstruct.reconstruct),
+    *(render.render, show.show, shader_source.shader_source, report.report, view.view, compare.compare),
+    *(nearest.nearest, fit.fit, plan.plan, reconstruct.reconstruct),
     *(import_.import_, convert.convert, measure.measure, formats.formats_, cite.cite),
     completion.completion,
 ):  # in the order of the help

@@ -53,6 +53,6 @@ def compare(a: str, b: str, output: Path, lit: options.Lit, exposure: float, ask
                 m = options.Material(text).read()
                 pictures.append(public("render")(m, seed=seed + number, progress=progress, **chosen))
             titles.append(visible(options.Material(text).title))
-    found = public("difference")(*pictures)
+    found = public("scenes.picture_difference")(*pictures)
     public("figures.difference")(found, path=output, labels=titles, exposure=exposure)
     echo(visible(f"{output}: {found.told(*titles)}, {options.since(start)}"))

@@ -21,7 +21,7 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
 
 
 @command(
-    *("fit", "select_model", "fit_many", "fit_map_chunks"),
+    *("fit", "fitting.select_model", "fitting.fit_many", "fitting.fit_map_chunks"),
     short_help="Fit a model to MATERIAL, or choose between models.",
 )
 @click.argument("material", shell_complete=completion.materials)
@@ -65,13 +65,16 @@ def fit(material: str, model: str, models: str | None, output: Path | None, aske
         if output is None:
             raise ParameterError(f"{material}: a folder; expected -o fits.parquet, fits.csv, or of a map fits.zarr")
         if output.suffix == ".zarr":
-            asked.refuse_others("of a map", "fit_map_chunks")
-            _fit_map(material, expression(model, files=True), output, asked.of("fit_map_chunks"))
+            asked.refuse_others("of a map", "fitting.fit_map_chunks")
+            _fit_map(material, expression(model, files=True), output, asked.of("fitting.fit_map_chunks"))
         else:
-            asked.refuse_others("of a folder", "fit_many")
-            _fit_folder(material, models or [model], output, asked.of("fit_many"))
+            asked.refuse_others("of a folder", "fitting.fit_many")
+            _fit_folder(material, models or [model], output, asked.of("fitting.fit_many"))
         return
-    asked.refuse_others(*(("of one material", "fit") if models is None else ("beside --select", "select_model")))
+    if models is None:
+        asked.refuse_others("of one material", "fit")
+    else:
+        asked.refuse_others("beside --select", "fitting.select_model")
     plot: Path | None = own["plot"]
     if plot is not None:
         from ..figures._drawing import check_target
@@ -82,7 +85,7 @@ def fit(material: str, model: str, models: str | None, output: Path | None, aske
     data = options.Material(material).read()
     if models is not None:
         with bar("fitting") as progress:
-            selection = asked.call("select_model", data, models, progress=progress)
+            selection = asked.call("fitting.select_model", data, models, progress=progress)
         found = selection.best.fit
         assert found is not None  # the best one has a fit
     else:

@@ -33,7 +33,7 @@ ABOVE = 0.45
 
 
 @command(
-    *("nearest", "render"),
+    *("reconstruction.nearest", "render"),
     options={"among": "-a", "distance": "-d", "count": "-n", "checkpoint": ""},
     usual={"size": 192, "samples": 64},
     repeated=("among",),
@@ -52,7 +52,7 @@ def nearest(material: options.Material, output: Path | None, asked: Asked, **own
     them about the mirror direction, and over red, green and blue; where one of both is gray, of luminance.
     """
     start = time.perf_counter()
-    how = asked.of("nearest")
+    how = asked.of("reconstruction.nearest")
     if output is not None:
         from ..figures._drawing import MOST, check_target
 
@@ -63,7 +63,7 @@ def nearest(material: options.Material, output: Path | None, asked: Asked, **own
             )
     m, lights = material.read(), options.Lit(own["lights"]).sources()
     with bar("comparing") as progress:
-        found = asked.call("nearest", m, progress=progress)
+        found = asked.call("reconstruction.nearest", m, progress=progress)
     if own["as_json"]:
         print_json([as_row(match) for match in found])
     else:

@@ -10,7 +10,7 @@ from .options import Material, json_option, material_argument, output_option
 from .terminal import print_json, say
 
 
-@command("plan", "Goniometer", short_help="Plan which directions to measure.")
+@command("planning.plan", "planning.Goniometer", short_help="Plan which directions to measure.")
 @material_argument
 @output_option("File to write: .csv, to be filled; .json.", required=False)
 @json_option
@@ -23,7 +23,7 @@ def plan(material: Material, output: Path | None, as_json: bool, asked: Asked) -
       gonio plan fit.json 5 --measured first.csv --in-plane
     """
     check_plan(output)
-    planned = asked.call("plan", material.read(), goniometer=asked.call("Goniometer"))
+    planned = asked.call("planning.plan", material.read(), goniometer=asked.call("planning.Goniometer"))
     if output is not None:
         planned.save(output)
     if as_json:

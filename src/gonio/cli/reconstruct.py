@@ -15,7 +15,8 @@ from .terminal import print_json, say
 
 
 @command(
-    *("reconstruct", "plan_table", "Goniometer", "reflectance_basis", "save"),
+    *("reconstruction.reconstruct", "planning.plan_table", "planning.Goniometer"),
+    *("reconstruction.reflectance_basis", "save"),
     options={"n": "--plan", "materials": "-b --basis"},
     repeated=("materials",),
     short_help="Make a whole table of few values.",
@@ -36,18 +37,19 @@ def reconstruct(file: Path | None, output: Path | None, as_json: bool, asked: As
     """
     from ..formats import save, target, writer
 
-    planned = asked.of("plan_table")
+    planned = asked.of("planning.plan_table")
     if file is None and "n" not in planned:
         raise ParameterError("gonio reconstruct: expected a FILE of values, or --plan N")
     if "n" in planned:
         check_plan(output)
     elif output is not None:
         target(writer(output, **asked.of("save")), output)
-    basis = asked.call("reflectance_basis")
-    found = None if file is None else asked.call("reconstruct", str(file), basis)
+    basis = asked.call("reconstruction.reflectance_basis")
+    found = None if file is None else asked.call("reconstruction.reconstruct", str(file), basis)
     numbers: Any = found
     if "n" in planned:
-        numbers = asked.call("plan_table", basis=basis, goniometer=asked.call("Goniometer"), measured=found)
+        goniometer = asked.call("planning.Goniometer")
+        numbers = asked.call("planning.plan_table", basis=basis, goniometer=goniometer, measured=found)
         if output is not None:
             numbers.save(output)
     elif found is not None and output is not None:

@@ -39,7 +39,7 @@ class Stage(NamedTuple):
                     raise ParameterError(f"{name}: of no camera; expected its place too, --camera 1.5,-3,1.6")
             return None
         across = USUAL if self.angle is None else self.angle
-        return public("Camera")(self.camera, self.look_at or (0.0, 0.0, 0.0), field_of_view=across)
+        return public("scenes.Camera")(self.camera, self.look_at or (0.0, 0.0, 0.0), field_of_view=across)
 
 
 USUAL = math.radians(35.0)

@@ -129,7 +129,8 @@ def source(
     parameters: Word = "constants",
 ) -> dict[str, Any]:
     """Source code of the material's functions, `gn.engine.shader_source`."""
-    return {"text": public("source")(shelf.material(text, replaced), language, function, parameters=parameters).text}
+    m = shelf.material(text, replaced)
+    return {"text": public("engine.shader_source")(m, language, function, parameters=parameters).text}
 
 
 def data(

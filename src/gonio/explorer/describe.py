@@ -94,7 +94,7 @@ def _glsl(m: Reflectance) -> dict[str, Any]:
     why = ""
     for wanted in (functions, functions[:3], functions[:1]):
         try:
-            found = public("source")(m, "glsl", wanted, parameters="arguments")
+            found = public("engine.shader_source")(m, "glsl", wanted, parameters="arguments")
         except Error as error:
             why = why or str(error)
             continue

@@ -12,6 +12,7 @@ from ..base.measured import Measured
 from ..base.reflectance import Reflectance, Scaled, Sum
 from ..catalogue import builtin
 from ..catalogue.expressions import read
+from ..declared.namespace import places_of
 from ..formula.json_form import names
 from ..formula.text import literal
 from .models import summary
@@ -106,9 +107,10 @@ _NUMBER = re.compile(r"\b(pi|inf|nan)\b(?!\s*=)")
 
 
 def as_python(text: str) -> str:
-    """A material expression as Python code: its constructors by `gn.`, where it has no names of numbers."""
+    """A material expression as Python code: its constructors by `gn.`, where all are there, and it names no numbers."""
     line = " ".join(text.split())
-    if _NUMBER.search(line):
+    named = {found[2] for found in _CONSTRUCTOR.finditer(line) if found[2]}
+    if _NUMBER.search(line) or not all(f"gn.{name}" in places_of(name) for name in named):
         return f"gn.expression({line!r})"
     return _CONSTRUCTOR.sub(lambda found: found[1] or f"gn.{found[2]}", line)
 

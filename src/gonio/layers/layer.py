@@ -20,7 +20,7 @@ class Layer(Parametrised):
              33(4):118: layers by their matrices of reflection and transmission.
 
     Example
-    >>> print([kind.__name__ for kind in gn.Layer.__subclasses__()])
+    >>> print([kind.__name__ for kind in gn.Interface.__base__.__subclasses__()])
     ['Interface', 'RoughInterface', 'Medium']
     """
 

@@ -1,4 +1,4 @@
-"""`gonio source`: a material's formula as source text."""
+"""`gonio shader-source`: a material's formula as source text."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from .command import Asked, command
 from .terminal import echo
 
 
-@command("source", short_help="Print the formula of MATERIAL as source code.")
+@command("engine.shader_source", short_help="Print the formula of MATERIAL as source code.")
 @options.material_argument
 @options.output_option("File to write; its large tables lie beside it.", required=False)
-def source(material: options.Material, output: Path | None, asked: Asked) -> None:
+def shader_source(material: options.Material, output: Path | None, asked: Asked) -> None:
     """Print the formula of MATERIAL as source code for a renderer: readable, with citations, nothing to link against.
 
     \b
     Examples:
-      gonio source gold --language glsl
-      gonio source "Microfacet(GGX(0.1))" --language c --function f,pdf -o a.c
-      gonio source measured.bsdf --language osl -o measured.osl
+      gonio shader-source gold --language glsl
+      gonio shader-source "Phong(0.1, 20)" --language c --function f,pdf -o a.c
+      gonio shader-source measured.bsdf --language osl -o measured.osl
     """
     from ..files import target
 
     if output is not None:
         target(output)
-    text = asked.call("source", material.read())
+    text = asked.call("engine.shader_source", material.read())
     if output is not None:
         files = text.save(output)
         echo(visible(f"{', '.join(map(str, files))}: {', '.join(text.functions)}"))
