@@ -133,7 +133,7 @@ def texels():
     for threads in (1, 2):
         gn.engine.threads(threads)
         for loss in ("cosine", "log"):
-            seconds, found = best(lambda loss=loss: gn.fitting.fit_map(wi, wo, f, model, loss, by=by), 3)
+            seconds, found = best(lambda loss=loss: gn.fitting.fit_map((wi, wo, f), model, loss, by=by), 3)
             off = np.median(np.abs(found.values["1.of.distribution.alpha_x"] / alpha[:, 0, 0] - 1.0))
             told = f"alpha is off by {off:.2%} in the median; flagged: {found.count() or 'none'}"
             print(f"{shape[0]} texels, {threads} threads, {loss}: {shape[0] / seconds:.0f} texels a second; {told}")

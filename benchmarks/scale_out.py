@@ -58,7 +58,7 @@ def seconds(folder: Path, tile: tuple[int, int], scheduler: object) -> float:
     start = time.perf_counter()
     scan = xarray.open_zarr(folder / "map.zarr", consolidated=False)
     f = scan["f"].chunk(y=tile[0], x=tile[1])
-    gn.fitting.fit_map_chunks(scan["wi"], scan["wo"], f, MODEL, "log", by=BY, output=output, scheduler=scheduler)
+    gn.fitting.fit_map_chunks((scan["wi"], scan["wo"], f), MODEL, "log", by=BY, output=output, scheduler=scheduler)
     return time.perf_counter() - start
 
 

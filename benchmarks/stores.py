@@ -86,7 +86,7 @@ def of_map(folder: Path, given: dict[str, Any]) -> Callable[[], Any]:
     for n in ("wi", "wo"):
         arrays[n] = xarray.DataArray(given[n], dims=(*names, "xyz"))
     return lambda: gn.fitting.fit_map_chunks(
-        arrays["wi"], arrays["wo"], arrays["f"], model(given, False), u=arrays["u"], output=folder / "fits.zarr",
+        (arrays["wi"], arrays["wo"], arrays["f"], arrays["u"]), model(given, False), output=folder / "fits.zarr",
         **given["options"],
     )  # fmt: skip
 
@@ -187,7 +187,7 @@ def shares(folder: Path) -> None:
         for _ in range(2):
             start = time.perf_counter()
             output = folder / f"{len(name)}.zarr"
-            gn.fitting.fit_map_chunks(scan["wi"], scan["wo"], f, model, loss, by=by, output=output)
+            gn.fitting.fit_map_chunks((scan["wi"], scan["wo"], f), model, loss, by=by, output=output)
             times.append(time.perf_counter() - start)
         values = f.values
         hashed = time.perf_counter()

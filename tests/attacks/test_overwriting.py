@@ -546,7 +546,7 @@ def fitted_into(path: Path) -> None:
     pytest.importorskip("dask")
     f = xarray.DataArray(np.full((4, 3), 0.1), dims=("texel", "observation"), coords={"texel": np.arange(4.0)})
     w = gn.direction([0.1, 0.5, 0.9], 0.0)
-    gn.fitting.fit_map_chunks(w, w, f, PLAIN, output=path)
+    gn.fitting.fit_map_chunks((w, w, f), PLAIN, output=path)
 
 
 @pytest.mark.parametrize("name", ["a.zarr", "b.zarr.zip", "fits.zarr"])

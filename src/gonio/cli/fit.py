@@ -135,8 +135,7 @@ def _fit_map(store: str, model: Any, output: Path, how: dict[str, Any]) -> None:
     if missing:
         raise FormatError(f"{store}: holds no {listed(missing)}; expected f, wi and wo with an axis observation")
     with bar("fitting") as progress:
-        found = fit_map_chunks(
-            data["wi"], data["wo"], data["f"], model, u=data.get("u"), output=output, progress=progress, **how
-        )
+        values = data["wi"], data["wo"], data["f"], data.get("u")
+        found = fit_map_chunks(values, model, output=output, progress=progress, **how)
     flagged = int((found["flags"] > 0).sum())
     say(f"{output}: {found['flags'].size} texels, {flagged} of them flagged, {since(start)}")

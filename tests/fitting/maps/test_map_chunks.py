@@ -21,6 +21,7 @@ import xarray
 import gonio as gn
 from gonio.files._unfinished import held
 from gonio.fitting.maps import map_chunks
+from gonio.fitting.maps.texel_data import TexelValues
 
 pytestmark = [
     pytest.mark.skipif(find_spec(name) is None, reason=f"{name} is not installed") for name in ("dask", "zarr")
@@ -40,7 +41,7 @@ def scan(tmp_path):
     data = xarray.DataArray(f, dims=("y", "x", "observation"), coords={"y": np.arange(10.0)}, name="f")
     data.chunk(y=4, x=4).to_dataset().to_zarr(tmp_path / "scan.zarr", consolidated=False)
     opened = xarray.open_zarr(tmp_path / "scan.zarr", consolidated=False)["f"]
-    return wi, wo, opened, gn.fitting.fit_map(wi, wo, f, gn.OrenNayar())
+    return wi, wo, opened, gn.fitting.fit_map((wi, wo, f), gn.OrenNayar())
 
 
 def same(found, whole):
@@ -53,7 +54,7 @@ def same(found, whole):
 
 def test_without_output_nothing_is_computed_yet(scan):
     wi, wo, f, whole = scan
-    found = gn.fitting.fit_map_chunks(wi, wo, f.transpose("observation", "y", "x"), gn.OrenNayar())
+    found = gn.fitting.fit_map_chunks((wi, wo, f.transpose("observation", "y", "x")), gn.OrenNayar())
     assert found["rho"].chunks == ((4, 4, 2), (4, 3)) and found["flags"].dtype == np.uint8
     same(found.compute(scheduler="synchronous"), whole)
 
@@ -77,7 +78,7 @@ def test_from_store_to_store(scan, tmp_path, scheduler):
     wi, wo, f, whole = scan
     counts = []
     found = gn.fitting.fit_map_chunks(
-        wi, wo, f, gn.OrenNayar(), output=tmp_path / "out.zarr", scheduler=scheduler,
+        (wi, wo, f), gn.OrenNayar(), output=tmp_path / "out.zarr", scheduler=scheduler,
         progress=lambda done, total: counts.append((done, total)),
     )  # fmt: skip
     same(found, whole)
@@ -99,19 +100,19 @@ def test_a_stopped_run_goes_on(scan, tmp_path, monkeypatch):
     try:
         gn.engine.threads(1)
         with pytest.raises(OSError, match="the machine stops"):
-            gn.fitting.fit_map_chunks(wi, wo, f, gn.OrenNayar(), output=tmp_path / "out.zarr")
+            gn.fitting.fit_map_chunks((wi, wo, f), gn.OrenNayar(), output=tmp_path / "out.zarr")
         first, done[:] = list(done), []
         monkeypatch.setattr(map_chunks, "_fit_chunk", lambda job: (original(job), done.append(job[1])))
-        same(gn.fitting.fit_map_chunks(wi, wo, f, gn.OrenNayar(), output=tmp_path / "out.zarr"), whole)
+        same(gn.fitting.fit_map_chunks((wi, wo, f), gn.OrenNayar(), output=tmp_path / "out.zarr"), whole)
     finally:
         gn.engine.threads(before)
     assert len(first) == 3 and len(done) == 3 and not {*first} & {*done}
     with pytest.raises(gn.errors.ParameterError, match="another model"):
-        gn.fitting.fit_map_chunks(wi, wo, f, gn.Lambertian(), output=tmp_path / "out.zarr")
+        gn.fitting.fit_map_chunks((wi, wo, f), gn.Lambertian(), output=tmp_path / "out.zarr")
 
 
-def fitted(folder, f, wi, wo, model=None, **options):
-    return gn.fitting.fit_map_chunks(wi, wo, f, model or gn.OrenNayar(), output=folder / "out.zarr", **options)
+def fitted(folder, f, wi, wo, model=None, u=None, **options):
+    return gn.fitting.fit_map_chunks((wi, wo, f, u), model or gn.OrenNayar(), output=folder / "out.zarr", **options)
 
 
 @pytest.fixture
@@ -227,11 +228,11 @@ def test_stores_tell_changes_apart_and_resume_what_is_the_same(count, tmp_path):
 
 def test_numbers_are_not_sent(scan, tmp_path, monkeypatch):
     wi, wo, f, _ = scan
-    work = map_chunks._Map(wi, wo, f, None, "observation", (gn.OrenNayar(), "plain", None, None))
+    work = map_chunks._Map(TexelValues(wi, wo, f), "observation", (gn.OrenNayar(), "plain", None, None))
     assert len(work.job(work.store(tmp_path / "out.zarr"), (0, 0), True)) < 10_000
     monkeypatch.setattr(map_chunks, "MOST_SENT", 3000)
     loaded = f.load().chunk(y=10, x=7)
-    work = map_chunks._Map(wi, wo, loaded, None, "observation", (gn.OrenNayar(), "plain", None, None))
+    work = map_chunks._Map(TexelValues(wi, wo, loaded), "observation", (gn.OrenNayar(), "plain", None, None))
     with pytest.raises(gn.errors.ParameterError, match="write them to a Zarr store"):
         work.job(work.store(tmp_path / "out.zarr"), (0, 0), True)
 
@@ -241,5 +242,5 @@ def test_channels_and_directions_by_texel(scan):
     f = f.load()
     bright = xarray.concat([f, 0.5 * f], "band")
     by_texel = xarray.DataArray(np.broadcast_to(wi, (7, 6, 3)), dims=("x", "observation", "xyz"))
-    whole = gn.fitting.fit_map(wi, wo, np.moveaxis(bright.values, 0, -1), gn.OrenNayar(), coloured=True)
-    same(gn.fitting.fit_map_chunks(by_texel, wo, bright.chunk(y=5), gn.OrenNayar()).compute(), whole)
+    whole = gn.fitting.fit_map((wi, wo, np.moveaxis(bright.values, 0, -1)), gn.OrenNayar(), coloured=True)
+    same(gn.fitting.fit_map_chunks((by_texel, wo, bright.chunk(y=5)), gn.OrenNayar()).compute(), whole)

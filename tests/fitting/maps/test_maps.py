@@ -35,7 +35,7 @@ def texels(shape, count, noise, seed=1):
 
 def test_exact_values_give_back_every_texel():
     wi, wo, f, truth = texels((20, 30), 32, 0.0)
-    found = gn.fitting.fit_map(wi, wo, f, MODEL, "log", by=BY)
+    found = gn.fitting.fit_map((wi, wo, f), MODEL, "log", by=BY)
     assert not found.flags.any() and found.rms.shape == (20, 30)
     for name, x in zip(found.values, truth, strict=True):
         assert np.allclose(found.values[name], x, rtol=2e-3), name
@@ -44,7 +44,7 @@ def test_exact_values_give_back_every_texel():
 def test_texels_are_those_of_single_fits():
     wi, wo, f, _ = texels((12,), 40, 0.02)
     u = 0.02 * f
-    found = gn.fitting.fit_map(wi, wo, f, MODEL, "likelihood", u=u, by=BY)
+    found = gn.fitting.fit_map((wi, wo, f, u), MODEL, "likelihood", by=BY)
     for k in range(12):
         one = gn.fit((wi, wo, f[k], u[k]), MODEL, by=BY)
         assert np.allclose([x[k] for x in found.values.values()], one.values, rtol=2e-3)
@@ -55,7 +55,7 @@ def test_texels_are_those_of_single_fits():
 def test_intervals_of_texels_cover_the_truth():
     wi, wo, f, truth = texels((2000,), 32, 0.01)
     exact = f / (1.0 + 0.0)
-    found = gn.fitting.fit_map(wi, wo, f, MODEL, "likelihood", u=0.01 * exact, by=BY)
+    found = gn.fitting.fit_map((wi, wo, f, 0.01 * exact), MODEL, "likelihood", by=BY)
     for name, x in zip(found.values, truth, strict=True):
         inside = np.abs(found.values[name] - x) < 1.96 * found.stderr[name]
         assert 0.925 < inside.mean() < 0.97, (name, inside.mean())
@@ -63,10 +63,10 @@ def test_intervals_of_texels_cover_the_truth():
 
 def test_blocks_of_texels_change_nothing(monkeypatch):
     wi, wo, f, _ = texels((50,), 24, 0.01)
-    whole = gn.fitting.fit_map(wi, wo, f, MODEL, "log", by=BY)
+    whole = gn.fitting.fit_map((wi, wo, f), MODEL, "log", by=BY)
     monkeypatch.setattr("gonio.fitting.maps.maps.VALUES_AT_ONCE", 24 * 7)
     calls = []
-    parts = gn.fitting.fit_map(wi, wo, f, MODEL, "log", by=BY, progress=lambda done, of: calls.append((done, of)))
+    parts = gn.fitting.fit_map((wi, wo, f), MODEL, "log", by=BY, progress=lambda done, of: calls.append((done, of)))
     for name in whole.values:
         assert np.allclose(whole.values[name], parts.values[name], rtol=1e-3)
     assert calls[-1] == (50, 50) and len(calls) == 8
@@ -79,7 +79,7 @@ def test_directions_of_each_texel():
     f = np.stack([m.f(wi, np.roll(wo, k, axis=0)) for k in range(5)])
     around = np.stack([np.roll(wo, k, axis=0) for k in range(5)])
     found = gn.fitting.fit_map(
-        wi, around, f, gn.Lambertian() + gn.Microfacet(gn.GGX(), gn.Schlick(0.04)), "log", by=["rho", "alpha"]
+        (wi, around, f), gn.Lambertian() + gn.Microfacet(gn.GGX(), gn.Schlick(0.04)), "log", by=["rho", "alpha"]
     )
     assert np.allclose(found.values["0.rho"], 0.3, rtol=1e-3) and found.rms.shape == turns.shape
 
@@ -88,7 +88,7 @@ def test_colours_and_the_model_of_the_map():
     wi, wo = directions(20)
     rho = np.random.default_rng(3).uniform(0.1, 0.9, (6, 7, 3))
     f = gn.Lambertian(rho[..., None, :]).f(wi, wo)
-    found = gn.fitting.fit_map(wi, wo, f, gn.Lambertian())
+    found = gn.fitting.fit_map((wi, wo, f), gn.Lambertian())
     assert set(found.values) == {"rho[0]", "rho[1]", "rho[2]"}
     assert np.allclose(np.stack(list(found.values.values()), -1), rho, rtol=1e-5)
     assert np.allclose(found.model.f([0, 0, 1], [0, 0, 1]), rho / np.pi, rtol=1e-5)
@@ -102,7 +102,7 @@ def test_missing_values_and_flags():
     f[3] = 2.0  # brighter than white
     mask = np.ones(f.shape, bool)
     mask[4, 2:] = False
-    found = gn.fitting.fit_map(wi, wo, f, MODEL, "log", by=BY, mask=mask)
+    found = gn.fitting.fit_map((wi, wo, f), MODEL, "log", by=BY, mask=mask)
     assert list(found.used) == [0, 3, 13, 20, 2]
     assert found.flags[0] == TOO_FEW and found.flags[4] == TOO_FEW
     assert found.flags[2] == 0 and found.flags[3] & AT_BOUND
@@ -115,7 +115,7 @@ def test_missing_values_and_flags():
 def test_what_the_values_do_not_determine_is_flagged():
     wi = gn.direction(np.linspace(0.1, 1.0, 9), 0.0)
     matt = gn.Lambertian() + 0.0 * gn.Microfacet(gn.GGX(0.2))
-    found = gn.fitting.fit_map(wi, gn.direction(0.2, 1.0)[None], np.full((4, 9), 0.1), matt, by=["rho", "alpha"])
+    found = gn.fitting.fit_map((wi, gn.direction(0.2, 1.0)[None], np.full((4, 9), 0.1)), matt, by=["rho", "alpha"])
     assert (found.flags == UNDETERMINED).all() and np.isinf(found.stderr["1.of.distribution.alpha_x"]).all()
     assert np.allclose(found.values["0.rho"], 0.1 * np.pi) and np.isfinite(found.stderr["0.rho"]).all()
 
@@ -139,18 +139,23 @@ WI = gn.direction(np.linspace(0.1, 1.0, 6), 0.0)
         ({"model": gn.IdealSpecular(0.3)}, "mirror"),
         ({"f": np.ones((0, 6))}, "at least one texel"),
         ({"f": "values"}, "array of numbers"),
+        ({"data": np.full((3, 6), 0.1)}, "expected \\(wi, wo, f\\)"),
+        ({"data": (WI, WI)}, "got a tuple of 2; expected"),
+        ({"data": gn.Lambertian(0.1)}, "got a Lambertian; expected"),
     ],
 )
 def test_bad_arguments_are_refused(changes, words):
-    arguments = {"wi": WI, "wo": WI, "f": np.full((3, 6), 0.1), "model": gn.Lambertian(), **changes}
+    values = {"wi": WI, "wo": WI, "f": np.full((3, 6), 0.1), "u": None}
+    data = tuple(changes.get(name, value) for name, value in values.items())
+    more = {"model": gn.Lambertian(), **{k: x for k, x in changes.items() if k not in (*values, "data")}}
     with pytest.raises(gn.Error, match=words):
-        gn.fitting.fit_map(**arguments)
+        gn.fitting.fit_map(changes.get("data", data), **more)
 
 
 def test_without_a_compiler_the_numbers_are_the_same(monkeypatch):
     wi, wo, f, _ = texels((6,), 24, 0.01)
-    compiled = gn.fitting.fit_map(wi, wo, f, MODEL, "log", by=BY)
+    compiled = gn.fitting.fit_map((wi, wo, f), MODEL, "log", by=BY)
     monkeypatch.setattr("gonio.evaluate.planning.available", lambda: False)
-    plain = gn.fitting.fit_map(wi, wo, f, MODEL, "log", by=BY)
+    plain = gn.fitting.fit_map((wi, wo, f), MODEL, "log", by=BY)
     for name in compiled.values:
         assert np.allclose(compiled.values[name], plain.values[name], rtol=2e-3)

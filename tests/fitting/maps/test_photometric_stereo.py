@@ -279,7 +279,7 @@ def test_any_model_at_every_texel():
     options = {"by": ["rho", "weight", "alpha"], "per_channel": ["rho"]}
     for u in (None, 1e-3):
         seen = gn.reconstruction.texel_data(images, lights, up, normal=normal, u=u)
-        found = seen.fit(model, **options)
+        found = gn.fitting.fit_map(seen, model, **options)
         assert not found.count()
         assert np.allclose(np.stack([found.values[f"0.rho[{c}]"] for c in range(3)], -1), rho, atol=2e-3)
         assert np.allclose(found.values["1.of.distribution.alpha_x"], alpha[..., 0], rtol=0.01)
@@ -291,14 +291,16 @@ def test_any_model_at_every_texel():
     off = [np.degrees(angle(found.normal, normal)).mean() for found in (plain, stereo)]
     assert off[1] < 0.25 * off[0] and off[1] < 1.5
     assert np.abs(stereo.albedo - rho).mean() < 0.02
-    found = gn.reconstruction.texel_data(images, lights, up, normal=stereo.normal).fit(gn.Lambertian())
+    seen = gn.reconstruction.texel_data(images, lights, up, normal=stereo.normal)
+    found = gn.fitting.fit_map(seen, gn.Lambertian())
     assert np.isclose(found.values["rho[0]"], rho[..., 0], atol=0.15).all()
 
 
 def test_texels_without_a_normal_are_left_out():
     images, lights, normal, rho = scene(5, texels=4, noise=0.0)
     normal[1] = np.nan
-    found = gn.reconstruction.texel_data(images[..., 0], lights, [0, 0, 1], normal=normal).fit(gn.Lambertian())
+    seen = gn.reconstruction.texel_data(images[..., 0], lights, [0, 0, 1], normal=normal)
+    found = gn.fitting.fit_map(seen, gn.Lambertian())
     assert found.flags.tolist() == [0, TOO_FEW, 0, 0]
     assert np.allclose(np.delete(found.values["rho"], 1), np.delete(rho[:, 0], 1), rtol=1e-4)
 

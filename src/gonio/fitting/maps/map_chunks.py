@@ -27,6 +27,7 @@ from ..cluster import workers
 from ..unknowns import unknowns
 from .map_store import CHANGED, LOST, MapStore, Mark, Region, opened
 from .maps import FitMap, fit_map
+from .texel_data import TexelValues
 
 MOST_SENT = 1 << 20
 """Bytes of a job that is sent to another process, at most: more are numbers, not places where they are."""
@@ -37,13 +38,10 @@ TEXELS = 1 << 16
 
 @checked
 def fit_map_chunks(
-    wi: Any,
-    wo: Any,
-    f: Any,
+    data: Any,
     model: Reflectance,
-    loss: LossName = "plain",
+    loss: LossName | None = None,
     *,
-    u: Any = None,
     by: By | None = None,
     per_channel: PerChannel | None = None,
     observation: str = "observation",
@@ -53,9 +51,10 @@ def fit_map_chunks(
 ) -> Any:
     """`fit_map` of maps of any size, in the chunks of their arrays: an xarray.Dataset of the numbers of each texel.
 
-    `f`: a DataArray with the axis `observation` and others, a channel axis ("band", "channel" or "wavelength") among
-    them or not, usually of a store: `xarray.open_zarr("scan.zarr")["f"]`. `wi`, `wo`: directions (N, 3) for all texels,
-    or DataArrays with the axes `observation`, "xyz" and those of texels. `u`: as f, or a number.
+    `data`: (wi, wo, f) or (wi, wo, f, u). f: a DataArray with the axis `observation` and others, a channel axis
+    ("band", "channel" or "wavelength") among them or not, usually of a store: `xarray.open_zarr("scan.zarr")["f"]`.
+    wi, wo: directions (N, 3) for all texels, or DataArrays with the axes `observation`, "xyz" and those of texels. u:
+    as f, or a number.
     Without `output` nothing is computed yet: the variables are arrays of Dask. With it, a Zarr store, chunks are fitted
     on the `scheduler` (see `fit_many`) and each is written when it is done. A run that was stopped goes on with those
     that are not, or were lost or damaged since. What went into those that are done is compared, number by number:
@@ -73,11 +72,12 @@ def fit_map_chunks(
     >>> import xarray
     >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
     >>> f = xarray.DataArray(np.outer([0.1, 0.2], np.ones(3)), dims=("texel", "observation")).chunk(texel=1)
-    >>> print(gn.fitting.fit_map_chunks(wi, wo, f, gn.Lambertian())["rho"].compute().values.round(4))
+    >>> print(gn.fitting.fit_map_chunks((wi, wo, f), gn.Lambertian())["rho"].compute().values.round(4))
     [0.3142 0.6283]
     """
     _require_dask()
-    work = _Map(wi, wo, f, u, observation, (model, loss, _listed(by), _listed(per_channel)))
+    values = TexelValues.of(data)
+    work = _Map(values, observation, (model, loss or values.usual_loss, _listed(by), _listed(per_channel)))
     if output is None:
         return work.lazily()
     path = Path(output)
@@ -95,9 +95,10 @@ def fit_map_chunks(
 class _Map:
     """What is fitted: labelled arrays in chunks of texels, and how."""
 
-    def __init__(self, wi: Any, wo: Any, f: Any, u: Any, observation: str, how: tuple[Any, ...]):
+    def __init__(self, data: TexelValues, observation: str, how: tuple[Any, ...]):
         import xarray
 
+        f, u = data.f, data.u
         if not isinstance(f, xarray.DataArray):
             raise ParameterError(
                 f"f: a {type(f).__name__}; expected an xarray.DataArray with the axis {observation!r}: "
@@ -116,7 +117,7 @@ class _Map:
             f = f.chunk(dict.fromkeys(self.dims, edge))
         f = f.chunk({d: max(f.chunksizes[d]) for d in self.dims} | dict.fromkeys(self.core, -1))
         self.f, self.how = f, how
-        self.wi, self.wo = (self._directions(name, w, observation) for name, w in (("wi", wi), ("wo", wo)))
+        self.wi, self.wo = (self._directions(name, w, observation) for name, w in (("wi", data.wi), ("wo", data.wo)))
         self.u = u.transpose(*self.dims, *self.core) if isinstance(u, xarray.DataArray) else u
         channels = f.sizes[self.channel[0]] if self.channel else 1
         model, _, by, per_channel = how
@@ -293,7 +294,7 @@ def _listed(names: Any) -> Any:
 
 def _fit(wi: Any, wo: Any, f: Any, u: Any, coloured: bool, how: tuple[Any, ...]) -> FitMap:
     model, loss, by, per_channel = how
-    return fit_map(wi, wo, f, model, loss, u=u, by=by, per_channel=per_channel, coloured=coloured)
+    return fit_map((wi, wo, f, u), model, loss, by=by, per_channel=per_channel, coloured=coloured)
 
 
 def _stacked(found: FitMap) -> np.ndarray:

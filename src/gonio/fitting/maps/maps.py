@@ -24,6 +24,7 @@ from ..residual import WIDTHS, costs, scores
 from ..samples import real, suspected_lengths
 from ..solver import Box, Solved, linear_step, minimize, solved
 from ..unknowns import Unknowns, likely, unknowns
+from .texel_data import TexelValues
 
 VALUES_AT_ONCE = 1 << 19
 """Observations of a block of texels, so that its arrays stay in the caches of the processor."""
@@ -57,7 +58,7 @@ class FitMap:
 
     Example
     >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
-    >>> found = gn.fitting.fit_map(wi, wo, np.outer([0.1, 0.2], np.ones(3)), gn.Lambertian())
+    >>> found = gn.fitting.fit_map((wi, wo, np.outer([0.1, 0.2], np.ones(3))), gn.Lambertian())
     >>> print(found.values["rho"].round(4), found.flags)
     [0.3142 0.6283] [0 0]
     """
@@ -77,7 +78,7 @@ class FitMap:
 
         Example
         >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
-        >>> m = gn.fitting.fit_map(wi, wo, np.outer([0.1, 0.2], np.ones(3)), gn.Lambertian()).model
+        >>> m = gn.fitting.fit_map((wi, wo, np.outer([0.1, 0.2], np.ones(3))), gn.Lambertian()).model
         >>> print(m.f([0, 0, 1], [0, 0, 1]).round(3).ravel())
         [0.1 0.2]
         """
@@ -96,7 +97,7 @@ class FitMap:
 
         Example
         >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
-        >>> print(gn.fitting.fit_map(wi, wo, [[0.1, 0.1, 0.1], [np.nan] * 3], gn.Lambertian()).count())
+        >>> print(gn.fitting.fit_map((wi, wo, [[0.1, 0.1, 0.1], [np.nan] * 3]), gn.Lambertian()).count())
         {'fewer values than unknowns: NaN': 1}
         """
         return counted(self.flags, FLAGS)
@@ -121,13 +122,10 @@ def counted(flags: np.ndarray, meanings: dict[int, str]) -> dict[str, int]:
 
 @checked
 def fit_map(
-    wi: Any,
-    wo: Any,
-    f: Any,
+    data: Any,
     model: Reflectance,
-    loss: str = "plain",
+    loss: str | None = None,
     *,
-    u: Any = None,
     mask: Any = None,
     by: Iterable[str] | None = None,
     per_channel: bool | Iterable[str] | None = None,
@@ -136,13 +134,14 @@ def fit_map(
 ) -> FitMap:
     """The numbers of a model for every texel of a map, each from its own observations.
 
-    The loss and the treatment of parameters are those of `fit`. Each texel starts from up to 32 places for the unknowns
-    that do not enter linearly, with the others solved for exactly, and goes on from the best.
+    The loss and the treatment of parameters are those of `gn.fit`. Each texel starts from up to 32 places for the
+    unknowns that do not enter linearly, with the others solved for exactly, and goes on from the best.
 
-    `f`: values [1/sr]; NaN, `mask` False, a masked array, and directions below the horizon are left out. `coloured`:
-    whether the last axis of `f` is that of channels; told by the number of observations where that is possible.
-    `u`: standard uncertainties, a number or of the shape of f; needed by "likelihood". Standard errors of other losses
-    follow from the scatter of each texel's values about its model.
+    `data`: (wi, wo, f) or (wi, wo, f, u), or what `gn.reconstruction.texel_data` makes. NaN in f, `mask` False, a
+    masked array, and directions below the horizon are left out. u: standard uncertainties, a number or of the shape of
+    f; needed by "likelihood". Standard errors of other losses follow from the scatter of each texel's values about its
+    model. `coloured`: whether the last axis of f is that of channels; told by the number of observations where that is
+    possible.
 
     Shapes   wi, wo: (N, 3) for all texels, or (..., N, 3); f: (..., N) or (..., N, C); results (...).
     Units    1/sr.
@@ -154,28 +153,31 @@ def fit_map(
     Example
     >>> wi = gn.direction([0.1, 0.5, 0.9, 1.2], [0.0, 1.0, 2.0, 3.0])
     >>> truth = gn.Lambertian(np.array([[0.2], [0.7]])[:, None])  # two texels
-    >>> found = gn.fitting.fit_map(wi, gn.direction(0.4, 0.0)[None], truth.f(wi, [0, 0, 1])[..., 0], gn.Lambertian())
+    >>> f = truth.f(wi, [0, 0, 1])[..., 0]
+    >>> found = gn.fitting.fit_map((wi, gn.direction(0.4, 0.0)[None], f), gn.Lambertian())
     >>> print(found.values["rho"].round(4))
     [0.2 0.7]
     """
+    values = TexelValues.of(data, coloured)
+    loss = values.usual_loss if loss is None else loss
     if loss not in LOSSES:
         raise ParameterError(f"loss={loss!r:.60}: expected one of {listed([*LOSSES])}")
     if model.sides != "front" or model.has_delta:
         what = "a perfect mirror" if model.has_delta else "it transmits light"
         raise ParameterError(f"{model!r:.80}: {what}; expected a model whose f is finite, of one side")
-    data = _Observations.of(wi, wo, f, u, mask, coloured, loss)
-    free = unknowns(model, data.values.shape[2], by, per_channel)
-    texels = len(data.values)
-    at_once = max(1, VALUES_AT_ONCE // max(data.values[0].size, 1)) if texels else 1
+    observations = _Observations.of(values, mask, loss)
+    free = unknowns(model, observations.values.shape[2], by, per_channel)
+    texels = len(observations.values)
+    at_once = max(1, VALUES_AT_ONCE // max(observations.values[0].size, 1)) if texels else 1
     parts = []
     for start in range(0, texels, at_once):
-        parts.append(_fitted(data.part(slice(start, start + at_once)), free, loss))
+        parts.append(_fitted(observations.part(slice(start, start + at_once)), free, loss))
         if progress is not None:
             progress(min(start + at_once, texels), texels)
     if not parts:
-        raise ShapeError(f"f: got shape {np.shape(f)}; expected at least one texel")
+        raise ShapeError(f"f: got shape {np.shape(values.f)}; expected at least one texel")
     numbers, errors, rms, used, flags = (np.concatenate(x) for x in zip(*parts, strict=True))
-    shape = data.shape
+    shape = observations.shape
 
     def named(x: np.ndarray) -> dict[str, np.ndarray]:
         return {name: x[:, k].reshape(shape) for k, name in enumerate(free.names)}
@@ -190,8 +192,8 @@ class _Observations:
         self.wi, self.wo, self.values, self.weights, self.shape = wi, wo, values, weights, shape
 
     @classmethod
-    def of(cls, wi: Any, wo: Any, f: Any, u: Any, mask: Any, coloured: bool | None, loss: str) -> _Observations:
-        wi, wo, f = (real(name, x) for name, x in (("wi", wi), ("wo", wo), ("f", f)))
+    def of(cls, data: TexelValues, mask: Any, loss: str) -> _Observations:
+        wi, wo, f = (real(name, x) for name, x in (("wi", data.wi), ("wo", data.wo), ("f", data.f)))
         for name, w in (("wi", wi), ("wo", wo)):
             if w.ndim < 2 or w.shape[-1] != 3:
                 raise ShapeError(f"{name}: got shape {w.shape}; expected (N, 3) or (..., N, 3)")
@@ -201,7 +203,7 @@ class _Observations:
         except ValueError:
             raise ShapeError(f"wi {wi.shape} and wo {wo.shape} do not broadcast against each other") from None
         count = directions[-2]
-        coloured = _is_coloured(f.shape, count) if coloured is None else coloured
+        coloured = _is_coloured(f.shape, count) if data.coloured is None else data.coloured
         f = f if coloured else f[..., None]
         if f.ndim < 2 or f.shape[-2] != count:
             rule = f"expected (..., {count}) or (..., {count}, C) for {count} observations"
@@ -212,8 +214,8 @@ class _Observations:
                 raise ValueError
             wi, wo = (_for_texels(w, shape, count) for w in (wi, wo))
             weights = np.ones(f.shape) if mask is None else _mask(mask, f.shape, coloured)
-            if loss == "likelihood" or u is not None:
-                weights = weights / _spread(u, f.shape, coloured)
+            if loss == "likelihood" or data.u is not None:
+                weights = weights / _spread(data.u, f.shape, coloured)
         except ValueError as error:
             if isinstance(error, Error):
                 raise

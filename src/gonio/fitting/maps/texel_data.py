@@ -3,23 +3,21 @@ texel."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.angles import check_unit
 from ...base.frames import to_local
 from ...base.light import Light
-from ...base.reflectance import Reflectance
 from ...declared.arguments import checked
 from ...declared.notebooks import repr_html
 from ...errors import ParameterError, ShapeError
 from ...formula.direction import HORIZON
 from ..samples import real
 from .lit_images import LitImages
-from .maps import FitMap, fit_map
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,40 +44,33 @@ class TexelData:
     u: np.ndarray | None
     _coloured: bool = field(repr=False)
 
-    def fit(
-        self,
-        model: Reflectance,
-        loss: str | None = None,
-        *,
-        by: Iterable[str] | None = None,
-        per_channel: bool | Iterable[str] | None = None,
-        progress: Callable[[int, int], None] | None = None,
-    ) -> FitMap:
-        """The numbers of a model for every texel: `fit_map` of these values.
 
-        Without `loss` the uncertainties decide, as for `gn.fit`: "likelihood" where there are any, else "cosine".
+class TexelValues(NamedTuple):
+    """Values of a map at directions, with uncertainties or None; whether their last axis is that of channels."""
 
-        Example
-        >>> lamps = [gn.DistantLight(gn.direction(theta, 0.0), 2.0) for theta in (0.2, 0.6, 1.0)]
-        >>> images = np.array([0.2, 0.17, 0.11])[:, None, None] * np.ones((2, 2))
-        >>> found = gn.reconstruction.texel_data(images, lamps, [0, 0, 1], normal=[0, 0, 1]).fit(gn.Lambertian())
-        >>> print(found.values["rho"].round(2))
-        [[0.32 0.32]
-         [0.32 0.32]]
-        """
-        loss = loss or ("cosine" if self.u is None else "likelihood")
-        return fit_map(
-            self.wi,
-            self.wo,
-            self.f,
-            model,
-            loss,
-            u=self.u if loss == "likelihood" else None,
-            by=by,
-            per_channel=per_channel,
-            coloured=self._coloured,
-            progress=progress,
-        )
+    wi: Any
+    wo: Any
+    f: Any
+    u: Any = None
+    coloured: bool | None = None
+
+    @classmethod
+    def of(cls, data: Any, coloured: bool | None = None) -> TexelValues:
+        """Those that the caller of a fit gave: texel data, (wi, wo, f) or (wi, wo, f, u)."""
+        if isinstance(data, TexelData):
+            return cls(data.wi, data.wo, data.f, data.u, data._coloured)
+        if not isinstance(data, tuple) or len(data) not in (3, 4):
+            number = f" of {len(data)}" if isinstance(data, (tuple, list)) else ""
+            raise ParameterError(
+                f"data: got a {type(data).__name__}{number}; expected (wi, wo, f), (wi, wo, f, u) or what "
+                f"gn.reconstruction.texel_data makes"
+            )
+        return cls(*data)._replace(coloured=coloured)
+
+    @property
+    def usual_loss(self) -> str:
+        """The loss where none is asked for, as of `gn.fit`."""
+        return "cosine" if self.u is None else "likelihood"
 
 
 @checked
