@@ -117,7 +117,7 @@ def beckmann() -> list[str]:
     """A line for each angle of incidence: the light in all, and the cells."""
     degrees = [10, 30, 50, 60, 70]
     m = gn.gonioreflectometer(
-        gn.surfaces.gaussian(ALPHA), theta_i=np.radians(degrees), bounces=1, error=1e-5, most=SURFACES
+        gn.surfaces.gaussian(ALPHA), theta_i=np.radians(degrees), bounces=1, tolerance=1e-5, surfaces=SURFACES
     )
     model, weight = gn.Microfacet(gn.Beckmann(ALPHA), 1.0), CELLS.projected * np.r_[1.0, np.full(17, 2.0), 1.0]
     rng = np.random.default_rng(0)
@@ -161,7 +161,7 @@ def grooves() -> list[str]:
         phi_i=0.0,
         cells=cells,
         bounces=1,
-        error=0.5,
+        tolerance=0.5,
         rays=1 << 20,
     )
     light = m.stored[..., 0] * cells.projected
@@ -178,7 +178,7 @@ def energy() -> list[str]:
     lines = [f"{'white mirrors':50}{'back':>10}{'still inside':>14}{'lost':>10}"]
     for surface in (gn.surfaces.gaussian(0.4), gn.surfaces.weave(), gn.surfaces.spheres(0.4), gn.surfaces.brushed()):
         around = None if surface.turn == 0.0 else 0.3
-        named = {"phi_i": around, "bounces": 200, "error": 0.5, "rays": 1 << 17}
+        named = {"phi_i": around, "bounces": 200, "tolerance": 0.5, "rays": 1 << 17}
         m = gn.gonioreflectometer(surface, theta_i=np.radians([0.0, 45.0, 75.0]), **named)
         back, inside, lost = (x.mean() for x in (m.report.reflected, m.report.unfinished, m.report.lost))
         lines.append(f"{surface.title[:48]:50}{back:10.6f}{inside:14.1e}{lost:10.1e}")

@@ -43,7 +43,7 @@ def sphere(surface: gn.surfaces.HeightField, facet: gn.Reflectance) -> np.ndarra
     theta_i = np.radians(np.arange(0.0, 90.0, 10.0))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToleranceWarning)  # the last rows stay noisier: smooth enough for a picture
-        m = gn.gonioreflectometer(surface, facet, theta_i, cells=(24, 48), error=0.03, rays=1 << 16, most=12)
+        m = gn.gonioreflectometer(surface, facet, theta_i, cells=(24, 48), tolerance=0.03, rays=1 << 16, surfaces=12)
     picture = gn.render(m, gn.EnvironmentLight.studio(), size=SIZE, samples=SAMPLES)
     assert picture.alpha is not None
     alpha = picture.alpha[..., None]

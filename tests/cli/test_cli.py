@@ -52,8 +52,8 @@ def test_many_channels_are_pictures_of_bands(run):
     """A picture that no .png can hold is refused before it is made."""
     m = "Lambertian([0.1, 0.2, 0.3, 0.4])"
     refused = run("render", m, "-o", "a.png")
-    assert refused.exit_code == 2 and "4 channels, expected 1 or 3; choose three, --bands" in refused.stderr
-    assert run("render", m, "-o", "a.png", "--bands", "3,2,1", *SMALL).exit_code == 0
+    assert refused.exit_code == 2 and "4 channels, expected 1 or 3; choose three, --channels" in refused.stderr
+    assert run("render", m, "-o", "a.png", "--channels", "3,2,1", *SMALL).exit_code == 0
     assert run("render", m, "-o", "a.exr", *SMALL).exit_code == 0
 
 
@@ -187,12 +187,12 @@ def test_a_picture_with_a_camera_and_the_ground(run):
 def test_noise_says_how_many_samples_are_taken(run):
     """... which is the picture of the call with as many."""
     small = ["--size", "16", "-l", "constant"]
-    said = run("render", "gold", "-o", "a.exr", *small, "--noise", 2).stdout
+    said = run("render", "gold", "-o", "a.exr", *small, "--tolerance", 2).stdout
     samples = int(re.search(r"(\d+) samples per pixel", said)[1])
     assert samples % 32 == 0 and samples > 64
     assert run("render", "gold", "-o", "b.exr", *small, "--samples", samples).exit_code == 0
     assert np.array_equal(load_image("a.exr").pixels, load_image("b.exr").pixels)
-    least = run("render", "gold", "-o", "c.exr", *small, "--noise", 2, "--samples", 40)
+    least = run("render", "gold", "-o", "c.exr", *small, "--tolerance", 2, "--samples", 40)
     assert "40 samples per pixel" in least.stdout
 
 
@@ -236,7 +236,7 @@ def test_compare(run):
         assert run("render", f"Lambertian({name})", "-o", f"{name}.exr", *lit).exit_code == 0
     said = run("compare", "0.6.exr", "0.5.exr", "-o", "e.svg")
     assert "0.5.exr is 16.7 % darker than 0.6.exr" in said.stdout and Path("e.svg").exists()
-    assert run("compare", "0.6.exr", "Lambertian(0.5)", "-o", "e.svg", *lit, "--noise", 10).exit_code == 0
+    assert run("compare", "0.6.exr", "Lambertian(0.5)", "-o", "e.svg", *lit, "--tolerance", 10).exit_code == 0
     wrong = run("compare", "0.6.exr", "Lambertian(0.5)", "-o", "e.svg", "--size", 8)
     assert wrong.exit_code == 2 and "expected one size" in wrong.stderr
 
@@ -352,8 +352,8 @@ BAD = [
     ("render gold -o a.png --size 1e3", "--size '1e3': expected a whole number"),
     ("render gold -o a.png --samples 0", "--samples '0': expected a whole number"),
     ("render gold -o a.png --seed -1", "--seed"),
-    ("render gold -o a.png --noise 0", "--noise '0': expected a number above 0%"),
-    ("render gold -o a.png --noise much", "--noise"),
+    ("render gold -o a.png --tolerance 0", "--tolerance '0': expected a number above 0%"),
+    ("render gold -o a.png --tolerance much", "--tolerance"),
     ("render gold -o a.png --checkpoint folder", "folder: is a directory"),
     ("render gold -o a.png --checkpoint hello.bsdf", "not a checkpoint"),
     ("render gold -o a.png --shape cube", "'sphere'"),

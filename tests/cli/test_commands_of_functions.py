@@ -87,7 +87,7 @@ def test_numbers_are_typed_in_the_units_of_people(declared, text, value):
 
 
 WRONG = [
-    ("plan gold 0", "N '0': expected a whole number from 1 to 200: how many pairs of directions"),
+    ("plan gold 0", "COUNT '0': expected a whole number from 1 to 200: how many pairs of directions"),
     ("plan gold 3 --noise 100", "--noise '100': expected a number from 0 below 100%"),
     ("plan gold 3 --criterion Z", "--criterion 'Z': expected 'D' or 'A'"),
     ("plan gold 3 --phi 0,x", "--phi '0,x': 'x' is no angle; expected a number in degrees"),
@@ -100,7 +100,7 @@ WRONG = [
     ("plan gold 3 --theta-i 80,10", "--theta-i '80,10': expected the least angle first, then the largest"),
     ("render gold -o a.png --shape cube", "--shape 'cube': expected one of 'cylinder'"),
     ("convert gold a.bsdf --format rgk", "--format 'rgk': expected one of"),
-    ("black-sky-albedo gold 95", "THETA '95': expected numbers from 0 to 90 degrees: polar angle of the sun"),
+    ("black-sky-albedo gold 95", "THETA_S '95': expected numbers from 0 to 90 degrees: polar angle of the sun"),
     ("fate gold 45", "WI '45': expected a polar angle and azimuth in degrees, such as 45,0"),
     ("check --all --laws energy", "--laws: does nothing beside --all"),
     ("check gold --laws energie", "--laws 'energie': expected some of positivity"),
@@ -110,7 +110,7 @@ WRONG = [
     ("albedo gold --uncertainty common,chanel", "expected some of 'independent', 'common', 'channel'"),
     ("plan gold 3 --seed 9223372036854775808", "from 0 to 9223372036854775807: of the random numbers"),
     ("plan gold 3 --floor -1", "--floor '-1': expected a number from 0 [1/sr]"),
-    ("render gold -o a.png --bands 0,1", "--bands '0,1': expected three channels"),
+    ("render gold -o a.png --channels 0,1", "--channels '0,1': expected three channels"),
     ("convert gold a.csv --resolution 1,2", "--resolution '1,2': expected 3 or 4 whole numbers"),
     ("convert gold a.txt --format pab-opto --option incident=x,0", "from -2880 to 2880 degrees"),
     ("measure v_grooves(0.3) -o a.csv --phi-i -10", "--phi-i '-10': expected numbers from 0 to 360 degrees"),

@@ -19,7 +19,7 @@ def run(*words):
 
 
 def test_a_surface_by_name(tmp_path):
-    few = ("--error", "50%", "--rays", 2048, "--cells", "6,8", "--theta-i", "0,40", "--json")
+    few = ("--tolerance", "50%", "--rays", 2048, "--cells", "6,8", "--theta-i", "0,40", "--json")
     found = run("gaussian(0.3, size=64)", "-o", tmp_path / "a.csv", "--facet", "0.5", *few)
     assert found.exit_code == 0, found.output
     said = json.loads(found.stdout)
@@ -32,7 +32,7 @@ def test_a_surface_by_name(tmp_path):
 def test_a_map(tmp_path, one_probe):
     heights = 0.3 * np.sin(np.arange(48) / 4.0)[:, None] * np.cos(np.arange(40) / 5.0)
     np.save(tmp_path / "a.npy", heights)
-    few = ("--error", 100, "--rays", 1024, "--cells", "4,8", "--theta-i", 30, "--phi-i", "0,90")
+    few = ("--tolerance", 100, "--rays", 1024, "--cells", "4,8", "--theta-i", 30, "--phi-i", "0,90")
     found = run(tmp_path / "a.npy", "--pixel", 0.5, "--facet", "Lambertian([0.5, 0.2])", "-o", tmp_path / "b.nc", *few)
     assert found.exit_code == 0, found.output
     assert "16 parts" in found.output

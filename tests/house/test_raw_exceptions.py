@@ -105,7 +105,7 @@ TABLE = [
     ("gn.directions.reflect(up, None)", "wm: got None, expected vectors"),
     ("gn.Cone('a', 0.1)", "Cone(axis='a'): expected a direction of three finite numbers"),
     ("gn.Cone(up, None)", "Cone(half_angle=None): expected an angle"),
-    ("gn.remote_sensing.black_sky_albedo(matte, 'noon')", "theta='noon'"),
+    ("gn.remote_sensing.black_sky_albedo(matte, 'noon')", "theta_s='noon'"),
     (
         "gn.remote_sensing.blue_sky_albedo(matte, 0.5, 'all')",
         "diffuse_fraction='all': expected the sky's share of light",
@@ -113,7 +113,7 @@ TABLE = [
     # numbers and words
     ("gn.albedo(matte, up, 'fine')", "albedo(tolerance='fine'): expected a number"),
     ("gn.albedo(matte, up, 0.0)", "albedo(tolerance=0.0): expected a number from 1e-13 below 1"),
-    ("gn.albedo(matte, up, error='yes')", "albedo(error='yes'): expected True or False"),
+    ("gn.albedo(matte, up, with_error='yes')", "albedo(with_error='yes'): expected True or False"),
     ("gn.render(matte, sun, size=1e3)", "render(size=1000.0): expected a whole number"),
     ("gn.render(matte, sun, shape=3)", "render(shape=3): expected a word"),
     ("gn.render(matte, sun, size=4, progress=1)", "render(progress=1): expected a function"),

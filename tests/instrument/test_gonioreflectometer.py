@@ -41,7 +41,7 @@ def after_one_bounce(slope, theta):
 def test_v_grooves(degrees):
     theta = math.radians(degrees)
     m = gn.gonioreflectometer(
-        gn.surfaces.v_grooves(0.6), theta_i=theta, phi_i=0.0, rays=1 << 17, error=0.5, cells=(90, 4), bounces=4
+        gn.surfaces.v_grooves(0.6), theta_i=theta, phi_i=0.0, rays=1 << 17, tolerance=0.5, cells=(90, 4), bounces=4
     )
     expected = after_one_bounce(0.6, theta)
     assert m.bounces[0, 0, 0, 0] == pytest.approx(sum(expected), abs=0.002)
@@ -50,7 +50,7 @@ def test_v_grooves(degrees):
 
 def test_energy_is_conserved():
     m = gn.gonioreflectometer(
-        gn.surfaces.gaussian(0.5, size=128), theta_i=[0.0, 1.2], error=1.0, rays=1 << 16, bounces=40
+        gn.surfaces.gaussian(0.5, size=128), theta_i=[0.0, 1.2], tolerance=1.0, rays=1 << 16, bounces=40
     )
     np.testing.assert_allclose(m.report.reflected + m.report.unfinished + m.report.lost, 1.0, atol=1e-6)
     assert m.report.lost.max() < 1e-4 and m.report.unfinished.max() < 1e-4
@@ -61,7 +61,7 @@ def test_energy_is_conserved():
 @pytest.mark.parametrize(("rays", "bounces"), thinned([(1 << 13, 60), (1 << 15, 200)], [(1 << 13, 60)]))
 def test_facets_of_any_reflectance(rays, bounces):
     """Mirrors as a number and as a material are alike; white facets of any kind return everything."""
-    surface, named = gn.surfaces.gaussian(0.4, size=64), {"theta_i": 0.7, "error": 1.0, "rays": rays}
+    surface, named = gn.surfaces.gaussian(0.4, size=64), {"theta_i": 0.7, "tolerance": 1.0, "rays": rays}
     number = gn.gonioreflectometer(surface, 0.5, **named)
     material = gn.gonioreflectometer(surface, gn.IdealSpecular(0.5), **named)
     np.testing.assert_allclose(number.bounces, material.bounces, atol=2e-4)
@@ -76,7 +76,9 @@ def test_facets_of_any_reflectance(rays, bounces):
 def test_flat_facets_are_the_facet():
     """On a flat surface the result is the reflectance of the facet itself, here with channels."""
     facet = gn.Lambertian([0.6, 0.3])
-    m = gn.gonioreflectometer(gn.surfaces.HeightField(np.zeros((4, 4)), turn=0.0), facet, 0.5, rays=1 << 17, error=1.0)
+    m = gn.gonioreflectometer(
+        gn.surfaces.HeightField(np.zeros((4, 4)), turn=0.0), facet, 0.5, rays=1 << 17, tolerance=1.0
+    )
     f, u = m.stored[0, :-1], m.uncertainty[0, :-1]
     assert np.abs((f - np.array([0.6, 0.3]) / np.pi) / u).mean() < 1.5
     np.testing.assert_allclose(m.bounces[0, 0, 0], [0.6, 0.3], rtol=1e-5)
@@ -87,7 +89,7 @@ def test_uncertainty_is_that_of_independent_surfaces(count):
     """The spread of whole measurements is the uncertainty that each states."""
     surface, named = (
         gn.surfaces.gaussian(0.4, size=64),
-        {"theta_i": 0.5, "error": 1.0, "rays": 1 << 14, "cells": (6, 8)},
+        {"theta_i": 0.5, "tolerance": 1.0, "rays": 1 << 14, "cells": (6, 8)},
     )
     runs = [gn.gonioreflectometer(surface, **named, seed=seed) for seed in range(count)]
     f, u = (np.stack([getattr(m, name)[0] for m in runs]) for name in ("stored", "uncertainty"))
@@ -101,7 +103,7 @@ def test_uncertainty_is_that_of_independent_surfaces(count):
 def test_beckmann():
     """Light once reflected by a Gaussian surface, against the microfacet model (its shadowing is an approximation)."""
     theta = np.radians([10.0, 50.0])
-    m = gn.gonioreflectometer(gn.surfaces.gaussian(0.4), theta_i=theta, bounces=1, error=0.06, rays=1 << 17)
+    m = gn.gonioreflectometer(gn.surfaces.gaussian(0.4), theta_i=theta, bounces=1, tolerance=0.06, rays=1 << 17)
     albedo = gn.albedo(gn.Microfacet(gn.Beckmann(0.4), 1.0), gn.direction(theta, 0.0))
     np.testing.assert_allclose(m.bounces[:, 0, 0, 0], albedo, rtol=0.01)
 
@@ -111,7 +113,7 @@ def test_beckmann():
 def test_beckmann_closely(degrees):
     """Within 1 %, but for three standard errors of what is measured: the mean of four runs, by their spread."""
     theta, cells = math.radians(degrees), Cells(18, 36)
-    named = {"theta_i": theta, "bounces": 1, "error": 0.024}
+    named = {"theta_i": theta, "bounces": 1, "tolerance": 0.024}
     runs = [gn.gonioreflectometer(gn.surfaces.gaussian(0.4), **named, seed=seed) for seed in range(4)]
     model = gn.Microfacet(gn.Beckmann(0.4), 1.0)
     off = np.array([m.bounces[0, 0, 0, 0] for m in runs]) / gn.albedo(model, gn.direction(theta, 0.0)) - 1.0
@@ -126,7 +128,7 @@ def test_beckmann_closely(degrees):
 def test_orientation():
     """Along grooves light goes on as from a mirror; across them it is split. The table turns with the surface."""
     m = gn.gonioreflectometer(
-        gn.surfaces.v_grooves(0.3), theta_i=[0.4], phi_i=[0.0, np.pi / 2], rays=1 << 14, error=1.0
+        gn.surfaces.v_grooves(0.3), theta_i=[0.4], phi_i=[0.0, np.pi / 2], rays=1 << 14, tolerance=1.0
     )
     assert m.is_oriented() and m.periods["phi_i"] == pytest.approx(np.pi)
     across, along = (m.stored[0, :, :, j] * Cells(18, 36).projected for j in (0, 1))
@@ -138,7 +140,7 @@ def test_orientation():
 
 
 def test_files_and_laws(tmp_path):
-    m = gn.gonioreflectometer(gn.surfaces.gaussian(0.5, size=64), theta_i=[0.0, 0.5, 1.0], error=0.5, rays=1 << 14)
+    m = gn.gonioreflectometer(gn.surfaces.gaussian(0.5, size=64), theta_i=[0.0, 0.5, 1.0], tolerance=0.5, rays=1 << 14)
     gn.save(m, tmp_path / "rough.csv")
     back = gn.load(tmp_path / "rough.csv")
     wi, wo = gn.direction(0.5, 0.0), gn.direction([0.2, 0.6], [0.5, 2.0])
@@ -150,12 +152,14 @@ def test_files_and_laws(tmp_path):
 
 def test_what_is_not_reached_is_said():
     with pytest.warns(ToleranceWarning, match="allow more"):
-        m = gn.gonioreflectometer(gn.surfaces.gaussian(0.4, size=64), theta_i=0.5, error=1e-4, most=8, rays=1024)
+        m = gn.gonioreflectometer(
+            gn.surfaces.gaussian(0.4, size=64), theta_i=0.5, tolerance=1e-4, surfaces=8, rays=1024
+        )
     assert not m.converged and m.report.error[0, 0] > 1e-4
     bumps = 0.3 * np.random.default_rng(0).normal(size=(32, 32))
     part = gn.surfaces.from_map(bumps, pixel=1.0)
     with pytest.warns(ToleranceWarning, match="a larger map"):
-        m = gn.gonioreflectometer(part, theta_i=0.5, phi_i=0.0, error=1e-4, rays=1024, cells=(4, 4))
+        m = gn.gonioreflectometer(part, theta_i=0.5, phi_i=0.0, tolerance=1e-4, rays=1024, cells=(4, 4))
     assert m.report.surfaces[0, 0] == 16
 
 
@@ -186,7 +190,7 @@ def test_parts_cover_the_surface_once(mirrored):
         ({"facet": gn.Lambertian(np.full((4, 3), 0.5))}, "maps"),
         ({"cells": (18, 35)}, "even"),
         ({"cells": (1, 36)}, "rings"),
-        ({"error": 0.0}, "from"),
+        ({"tolerance": 0.0}, "from"),
         ({"bounces": 0}, "from"),
         ({"surface": gn.Lambertian(0.5)}, "surface"),
     ],

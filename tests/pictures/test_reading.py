@@ -203,8 +203,8 @@ def test_light_without_coverage_stays(tmp_path):
 
 def test_both_kinds_of_pixels_are_one_picture(tmp_path):
     alpha = RNG.uniform(0.1, 1.0, (5, 6)).astype(np.float32)
-    straight = gn.scenes.Image(RNG.uniform(0.1, 0.9, (5, 6, 3)), alpha, noise=np.full((5, 6, 3), 0.1))
-    multiplied = gn.scenes.Image(straight.light, alpha, noise=0.1 * alpha[..., None] * np.ones(3), premultiplied=True)
+    straight = gn.scenes.Image(RNG.uniform(0.1, 0.9, (5, 6, 3)), alpha, error=np.full((5, 6, 3), 0.1))
+    multiplied = gn.scenes.Image(straight.light, alpha, error=0.1 * alpha[..., None] * np.ones(3), premultiplied=True)
     np.testing.assert_allclose(multiplied.colour, straight.colour, rtol=1e-6)
     found = gn.scenes.picture_difference(straight, multiplied)
     assert found.rms < 1e-6 and found.sigmas < 1e-5

@@ -71,13 +71,13 @@ def test_nadir_reflectance_and_the_correction_to_it():
 
 
 def test_fits_find_the_weights_of_the_model():
-    fit = rs.fit_kernels(ROWS, SUN, VIEW, PHI)
+    fit = rs.fit_kernels(SUN, VIEW, PHI, ROWS)
     np.testing.assert_allclose(fit.weights, [FIELD.f_iso, FIELD.f_vol, FIELD.f_geo], atol=1e-12)
     np.testing.assert_allclose(fit.model.f_vol, FIELD.f_vol, atol=1e-12)
     assert fit.rmse.max() < 1e-14 and fit.rows.tolist() == [7, 7]
     holes = ROWS.copy()
     holes[0, 0] = np.nan
-    other = rs.fit_kernels(holes, SUN, VIEW, PHI, u=np.linspace(0.01, 0.02, 7))
+    other = rs.fit_kernels(SUN, VIEW, PHI, holes, u=np.linspace(0.01, 0.02, 7))
     np.testing.assert_allclose(other.weights, fit.weights, atol=1e-12)
     assert other.rows.tolist() == [6, 7]
 
@@ -85,13 +85,13 @@ def test_fits_find_the_weights_of_the_model():
 def test_uncertainties_are_those_of_repeated_fits():
     k = (1.0, rs.ross_thick(0.5, 0.0, 0.0), rs.li_sparse_r(0.5, 0.0, 0.0))
     noise = np.random.default_rng(1).normal(0.0, 0.005, (7, 4000))
-    fits = rs.fit_kernels(ROWS[:, :1] + noise, SUN, VIEW, PHI, u=0.005)
+    fits = rs.fit_kernels(SUN, VIEW, PHI, ROWS[:, :1] + noise, u=0.005)
     values, spread = fits.linear(k)
     assert values.mean() == pytest.approx(rs.nbar(FIELD, 0.5)[0], abs=2e-4)
     np.testing.assert_allclose(spread, values.std(), rtol=0.04)
     np.testing.assert_allclose(fits.uncertainty[:, 0], fits.weights.std(axis=1), rtol=0.04)
     assert np.sqrt((fits.rmse**2).mean()) == pytest.approx(0.005, rel=0.03)
-    unknown = rs.fit_kernels(ROWS[:, :1] + noise, SUN, VIEW, PHI)
+    unknown = rs.fit_kernels(SUN, VIEW, PHI, ROWS[:, :1] + noise)
     np.testing.assert_allclose(np.sqrt(unknown.weight_of_determination(k)) * 0.005, spread)
     np.testing.assert_allclose(unknown.linear(k)[1], np.sqrt(unknown.weight_of_determination(k)) * unknown.rmse)
 
@@ -100,14 +100,14 @@ def test_fits_of_maps_keep_their_axes():
     stack = xarray.DataArray(
         np.stack([ROWS, 0.5 * ROWS]), dims=("x", "time", "band"), coords={"band": ["red", "nir"]}
     ).transpose("time", "x", "band")
-    fit = rs.fit_kernels(stack, *(xarray.DataArray(a, dims="time") for a in (SUN, VIEW, PHI)))
+    fit = rs.fit_kernels(*(xarray.DataArray(a, dims="time") for a in (SUN, VIEW, PHI)), stack)
     assert fit.weights.dims == ("weight", "x", "band")
     np.testing.assert_allclose(fit.weights.sel(weight="f_vol"), [FIELD.f_vol, 0.5 * FIELD.f_vol], atol=1e-12)
     assert fit.model.channel_names == ("red", "nir")
     assert rs.nbar(fit.model, 0.5).dims == fit.linear((1, 0, 0))[1].dims == ("x", "band")
     stack[:5, 1, 1] = np.nan
     with pytest.warns(MissingDataWarning, match="1 of 4 fits have too few rows"):
-        partly = rs.fit_kernels(stack, *(xarray.DataArray(a, dims="time") for a in (SUN, VIEW, PHI)))
+        partly = rs.fit_kernels(*(xarray.DataArray(a, dims="time") for a in (SUN, VIEW, PHI)), stack)
     assert np.isnan(partly.weights).sum() == 3
     assert np.isnan(rs.nbar(partly.model, 0.5)).sum() == 1
 
@@ -121,17 +121,17 @@ def test_what_does_not_fit():
         (lambda: rs.ross_thick("a", 0, 0), ParameterError, "theta_s"),
         (lambda: rs.nbar(FIELD, 2.0), DirectionError, "theta_s: 2"),
         (lambda: rs.nbar(3, 0.1), ParameterError, "m=3"),
-        (lambda: rs.fit_kernels(ROWS[:2], SUN[:2], VIEW[:2], PHI[:2]), ParameterError, "at least 3"),
-        (lambda: rs.fit_kernels(ROWS, 0 * SUN, 0 * VIEW, PHI), ParameterError, "do not tell the kernels apart"),
-        (lambda: rs.fit_kernels(ROWS, *near), ParameterError, "do not tell the kernels apart"),
-        (lambda: rs.fit_kernels(100 * ROWS, SUN, VIEW, PHI), ParameterError, "in percent"),
-        (lambda: rs.fit_kernels(ROWS, SUN[:3], VIEW, PHI), ShapeError, r"theta_s: got shape \(3,\)"),
-        (lambda: rs.fit_kernels(ROWS, SUN, VIEW, PHI, u=0.0), ParameterError, "above 0"),
-        (lambda: rs.fit_kernels(ROWS, SUN, VIEW, PHI, volumetric="x"), ParameterError, "'ross_thick'"),
-        (lambda: rs.fit_kernels(0.3, 0.1, 0.1, 0.1), ShapeError, "a row for each"),
-        (lambda: rs.fit_kernels("a", 0.1, 0.1, 0.1), ArrayTypeError, "expected arrays of numbers"),
-        (lambda: rs.fit_kernels(ROWS, SUN, VIEW, PHI).linear((1, 0)), ShapeError, "three numbers"),
-        (lambda: rs.fit_kernels(ROWS, xarray.DataArray(SUN), VIEW, PHI), ArrayTypeError, "names for all"),
+        (lambda: rs.fit_kernels(SUN[:2], VIEW[:2], PHI[:2], ROWS[:2]), ParameterError, "at least 3"),
+        (lambda: rs.fit_kernels(0 * SUN, 0 * VIEW, PHI, ROWS), ParameterError, "do not tell the kernels apart"),
+        (lambda: rs.fit_kernels(*near, ROWS), ParameterError, "do not tell the kernels apart"),
+        (lambda: rs.fit_kernels(SUN, VIEW, PHI, 100 * ROWS), ParameterError, "in percent"),
+        (lambda: rs.fit_kernels(SUN[:3], VIEW, PHI, ROWS), ShapeError, r"theta_s: got shape \(3,\)"),
+        (lambda: rs.fit_kernels(SUN, VIEW, PHI, ROWS, u=0.0), ParameterError, "above 0"),
+        (lambda: rs.fit_kernels(SUN, VIEW, PHI, ROWS, volumetric="x"), ParameterError, "'ross_thick'"),
+        (lambda: rs.fit_kernels(0.1, 0.1, 0.1, 0.3), ShapeError, "a row for each"),
+        (lambda: rs.fit_kernels(0.1, 0.1, 0.1, "a"), ArrayTypeError, "expected arrays of numbers"),
+        (lambda: rs.fit_kernels(SUN, VIEW, PHI, ROWS).linear((1, 0)), ShapeError, "three numbers"),
+        (lambda: rs.fit_kernels(xarray.DataArray(SUN), VIEW, PHI, ROWS), ArrayTypeError, "names for all"),
     ):
         with pytest.raises(error, match=words):
             call()

@@ -35,34 +35,34 @@ def test_the_noise_is_about_the_error():
     truth = gn.render(METAL, samples=8192, seed=9, **SMALL).pixels
     picture = gn.render(METAL, samples=256, **SMALL)
     inside = picture.alpha == 1.0
-    told, error = (np.sqrt(np.square(x[inside]).mean()) for x in (picture.noise, picture.pixels - truth))
+    told, error = (np.sqrt(np.square(x[inside]).mean()) for x in (picture.error, picture.pixels - truth))
     assert 0.7 < told / error < 3.0
-    assert picture.noise.shape == picture.pixels.shape and picture.samples == 256
-    assert (picture.noise[picture.alpha == 0.0] == 0.0).all()
+    assert picture.error.shape == picture.pixels.shape and picture.samples == 256
+    assert (picture.error[picture.alpha == 0.0] == 0.0).all()
 
 
 def test_without_spread_there_is_no_noise():
-    assert gn.render(METAL, samples=32, **SMALL).noise is None
+    assert gn.render(METAL, samples=32, **SMALL).error is None
     matt = gn.render(gn.Lambertian(0.5), gn.ConstantLight(1.0), size=16, samples=100)
-    assert matt.noise.max() < 1e-6 and matt.samples == 100
+    assert matt.error.max() < 1e-6 and matt.samples == 100
 
 
 def test_a_picture_is_done_when_its_noise_is_low_enough():
     def noise(picture):
         inside = picture.alpha > 0.0
-        return np.sqrt(np.square(picture.noise[inside]).mean()) / picture.pixels[inside].mean()
+        return np.sqrt(np.square(picture.error[inside]).mean()) / picture.pixels[inside].mean()
 
     calls: list[tuple[int, int]] = []
-    picture = gn.render(METAL, noise=0.05, progress=lambda *at: calls.append(at), **SMALL)
+    picture = gn.render(METAL, tolerance=0.05, progress=lambda *at: calls.append(at), **SMALL)
     assert noise(picture) <= 0.05 and 128 <= picture.samples < 4096
     assert calls[-1][0] == calls[-1][1]
     before = gn.render(METAL, samples=picture.samples - 32, **SMALL)
     assert picture.samples == 128 or noise(before) > 0.05
     np.testing.assert_array_equal(gn.render(METAL, samples=picture.samples, **SMALL).pixels, picture.pixels)
-    assert gn.render(METAL, noise=1e-9, samples=160, **SMALL).samples == 160
+    assert gn.render(METAL, tolerance=1e-9, samples=160, **SMALL).samples == 160
     for wrong in (0.0, -1.0, float("nan")):
         with pytest.raises(ParameterError, match=r"expected a (positive )?number"):
-            gn.render(METAL, noise=wrong, **SMALL)
+            gn.render(METAL, tolerance=wrong, **SMALL)
 
 
 def test_a_checkpoint_goes_on(tmp_path):
@@ -71,7 +71,7 @@ def test_a_checkpoint_goes_on(tmp_path):
     again = gn.render(METAL, samples=64, checkpoint=file, **SMALL)
     np.testing.assert_array_equal(first.pixels, again.pixels)
     more, whole = gn.render(METAL, samples=128, checkpoint=file, **SMALL), gn.render(METAL, samples=128, **SMALL)
-    for a, b in ((more.pixels, whole.pixels), (more.noise, whole.noise), (more.alpha, whole.alpha)):
+    for a, b in ((more.pixels, whole.pixels), (more.error, whole.error), (more.alpha, whole.alpha)):
         np.testing.assert_array_equal(a, b)
     others = ({"seed": 1}, {"size": 25}, {"lights": gn.EnvironmentLight.studio(height=16)})
     for other in others:
@@ -112,5 +112,5 @@ def test_a_killed_render_goes_on_to_the_same_picture(tmp_path):
     assert 32 <= taken < 1 << 20
     found = gn.render(METAL, STUDIO, size=64, samples=taken + 96, checkpoint=file)
     whole = gn.render(METAL, STUDIO, size=64, samples=taken + 96)
-    for a, b in ((found.pixels, whole.pixels), (found.noise, whole.noise), (found.alpha, whole.alpha)):
+    for a, b in ((found.pixels, whole.pixels), (found.error, whole.error), (found.alpha, whole.alpha)):
         np.testing.assert_array_equal(a, b)

@@ -39,12 +39,12 @@ def test_bands_are_chosen_by_name_or_wavelength():
 
     np.testing.assert_allclose(pixel(named), [0.3, 0.2, 0.1], rtol=1e-5)
     for chosen, bands in ((named, ("nir", "red", "green")), (spectral, (860, 645, 550.0)), (m, (3, 2, 1))):
-        np.testing.assert_allclose(pixel(chosen, bands=bands), [0.4, 0.3, 0.2], rtol=1e-5)
+        np.testing.assert_allclose(pixel(chosen, channels=bands), [0.4, 0.3, 0.2], rtol=1e-5)
     np.testing.assert_allclose(pixel(named, [1.0, 2.0, 3.0, 4.0]), [0.9, 0.4, 0.1], rtol=1e-5)
-    np.testing.assert_allclose(pixel(named, bands=["nir"]), [0.4], rtol=1e-5)
+    np.testing.assert_allclose(pixel(named, channels=["nir"]), [0.4], rtol=1e-5)
     for bands, wrong in ((("nir", "red"), "expected three"), ("nir", "expected three"), ((0, 1, 2), "no such channel")):
         with pytest.raises(gn.Error, match=wrong):
-            pixel(named, bands=bands)
+            pixel(named, channels=bands)
 
 
 def test_a_distant_light_falls_as_the_cosine():

@@ -79,7 +79,7 @@ def test_bad_calls_are_refused(tmp_path):
         (ParameterError, "expected a name that ends in .png or .gif", {"path": tmp_path / "a.mp4"}),
         (
             ParameterError,
-            "choose three, bands=",
+            "choose three, channels=",
             {"path": tmp_path / "a.png", "m": gn.Lambertian([0.1, 0.2, 0.3, 0.4])},
         ),
         (ParameterError, "expected 'lights' or 'shape'", {"turns": "camera"}),

@@ -73,7 +73,7 @@ OF_ANGLES = {
     "radiometry.solid_angle_latlong_pixel": "gn.radiometry.solid_angle_latlong_pixel(0.1, x, 0.1)",
     "reconstruction.reconstruct": f"gn.reconstruction.reconstruct({M}, theta_max=x)",
     "remote_sensing.c_factor": f"gn.remote_sensing.c_factor({M}, 0.3, 0.2, 0.1, to_theta_s=x)",
-    "remote_sensing.fit_kernels": "gn.remote_sensing.fit_kernels([0.1, 0.2, 0.3, 0.2], x, [0.0, 0.2, 0.4, 0.6], 0.1)",
+    "remote_sensing.fit_kernels": "gn.remote_sensing.fit_kernels(x, [0.0, 0.2, 0.4, 0.6], 0.1, [0.1, 0.2, 0.3, 0.2])",
     "remote_sensing.brf": f"gn.remote_sensing.brf({M}, 0.3, x, 0.1)",
     "remote_sensing.nbar": f"gn.remote_sensing.nbar({M}, x)",
     "fitting.select_model": f"gn.fitting.select_model({M}, {{'a': gn.Lambertian(), 'b': gn.Minnaert()}}, theta_max=x)",

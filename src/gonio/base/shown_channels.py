@@ -20,24 +20,26 @@ def is_rgb(m: Reflectance) -> bool:
     return m.channels == 3 and m.channel_names in (None, ("R", "G", "B"))
 
 
-def shown_as(m: Reflectance, bands: Sequence[str | float] | None = None) -> np.ndarray | None:
+def shown_as(m: Reflectance, channels: Sequence[str | float] | None = None) -> np.ndarray | None:
     """The matrix (C, 3), or (C, 1), by which pictures show channels: bands, wavelengths, X, Y, Z. None: as they are."""
-    bands_of = chosen(m, bands)
-    return rgb_of(m.channel_names) if bands_of is None else bands_of
+    picked = chosen(m, channels)
+    return rgb_of(m.channel_names) if picked is None else picked
 
 
-def is_coloured(m: Reflectance, bands: Sequence[str | float] | None = None) -> bool:
+def is_coloured(m: Reflectance, channels: Sequence[str | float] | None = None) -> bool:
     """Whether a material is gray or RGB, or pictures show it so."""
-    return (m.channels or 1) == 1 or is_rgb(m) or shown_as(m, bands) is not None
+    return (m.channels or 1) == 1 or is_rgb(m) or shown_as(m, channels) is not None
 
 
-def chosen(m: Reflectance, bands: Any) -> np.ndarray | None:
+def chosen(m: Reflectance, channels: Any) -> np.ndarray | None:
     """The matrix (C, 3), or (C, 1), that picks the bands of a picture out of the channels; None for all as they are."""
-    if bands is None:
+    if channels is None:
         words = [str(name).lower() for name in m.channel_names or ()]
         if not {"red", "green", "blue"} <= {*words}:
             return None
         return np.eye(len(words))[:, [words.index(word) for word in ("red", "green", "blue")]]
-    if not isinstance(bands, (list, tuple)) or len(bands) not in (1, 3):
-        raise ParameterError(f"bands={bands!r:.60}: expected three channels, for red, green and blue, or a list of one")
-    return np.eye(m.channels or 1)[:, places(m, bands)]
+    if not isinstance(channels, (list, tuple)) or len(channels) not in (1, 3):
+        raise ParameterError(
+            f"channels={channels!r:.60}: expected three channels, for red, green and blue, or a list of one"
+        )
+    return np.eye(m.channels or 1)[:, places(m, channels)]

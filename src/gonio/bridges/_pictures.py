@@ -73,8 +73,8 @@ class Pictures:
     @property
     def matrix(self) -> np.ndarray | None:
         """The matrix (M, C) that makes the picture's channels of the material's; None where these are the same."""
-        lights, by_power = lights_of(self._m, self._lights, self.settings["bands"])
-        before, after = colours_of(self._m, lights, self.settings["bands"], by_power)
+        lights, by_power = lights_of(self._m, self._lights, self.settings["channels"])
+        before, after = colours_of(self._m, lights, self.settings["channels"], by_power)
         return after if before is None else before
 
     def picture(self, values: Sequence[Any]) -> np.ndarray:

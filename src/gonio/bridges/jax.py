@@ -74,7 +74,7 @@ def render(
     size: Size = 512,
     samples: Samples = 32,
     seed: Seed = 0,
-    bands: Any = None,
+    channels: Any = None,
     camera: View | None = None,
 ) -> jax.Array:
     """The picture of `gn.render` as an array (H, W, C), a function of the JAX arrays among the numbers of m and lights.
@@ -103,7 +103,7 @@ def render(
     >>> print(round(float(jax.jit(jax.grad(brightness))(0.5)), 3))
     1.0
     """
-    settings = {"shape": shape, "size": size, "samples": samples, "seed": seed, "bands": bands, "camera": camera}
+    settings = {"shape": shape, "size": size, "samples": samples, "seed": seed, "channels": channels, "camera": camera}
     pictures = Pictures(m, lights, _is_array, _is_traced, np.asarray, settings)
     values = tuple(map(_inexact, pictures.numbers.values()))
     if not any(map(_is_traced, values)):

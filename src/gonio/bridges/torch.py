@@ -71,7 +71,7 @@ def render(
     size: Size = 512,
     samples: Samples = 32,
     seed: Seed = 0,
-    bands: Any = None,
+    channels: Any = None,
     camera: View | None = None,
 ) -> torch.Tensor:
     """The picture of `gn.render` as a tensor (H, W, C), with gradients to tensors among the numbers of m and lights.
@@ -100,7 +100,7 @@ def render(
     >>> print(picture.shape, rho.grad.numpy().round(3))
     torch.Size([16, 16, 3]) [1. 1. 1.]
     """
-    settings = {"shape": shape, "size": size, "samples": samples, "seed": seed, "bands": bands, "camera": camera}
+    settings = {"shape": shape, "size": size, "samples": samples, "seed": seed, "channels": channels, "camera": camera}
     pictures = Pictures(m, lights, _is_tensor, _needs_gradient, _numpy, settings)
     values = [*pictures.numbers.values()]
     by = tuple(i for i, value in enumerate(values) if _needs_gradient(value))

@@ -16,7 +16,7 @@ from .command import Asked, command
 from .terminal import bar, echo
 
 SAMPLES = 256
-"""Samples of a pixel where neither they nor a noise are asked for."""
+"""Samples of a pixel where neither they nor a tolerance are asked for."""
 
 
 @command(
@@ -40,7 +40,7 @@ def compare(a: str, b: str, output: Path, lit: options.Lit, exposure: float, ask
     start = time.perf_counter()
     check_target(output)
     chosen = {**lit.read(), **asked.of("render")}
-    if not {"samples", "noise"} & {*chosen}:
+    if not {"samples", "tolerance"} & {*chosen}:
         chosen["samples"] = SAMPLES
     seed = chosen.pop("seed", 0)
     pictures, titles = [], []

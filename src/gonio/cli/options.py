@@ -51,12 +51,12 @@ class Lit(NamedTuple):
     """The lights of a picture, and the channels that it shows, as typed."""
 
     lights: tuple[str, ...]
-    bands: str | None = None
+    channels: str | None = None
 
     def read(self) -> dict[str, Any]:
-        """`lights`, None for the default one, and `bands`, names or wavelengths [nm], of functions that draw."""
-        bands = None if self.bands is None else [word.strip() for word in self.bands.split(",")]
-        return {"lights": self.sources(), "bands": bands and [float(x) if is_number(x) else x for x in bands]}
+        """`lights`, None for the default one, and `channels`, names or wavelengths [nm], of functions that draw."""
+        channels = None if self.channels is None else [word.strip() for word in self.channels.split(",")]
+        return {"lights": self.sources(), "channels": channels and [float(x) if is_number(x) else x for x in channels]}
 
     def sources(self) -> list[Light] | None:
         """The lights, or None for the default one."""
@@ -114,7 +114,7 @@ material_argument = together(
 )
 """MATERIAL, -p, and the options to read its file with."""
 
-BANDS = "channels shown as red, green and blue, by name or wavelength in nm: nir,red,green; one is shown in gray"
+SHOWN = "channels shown as red, green and blue, by name or wavelength in nm: nir,red,green; one is shown in gray"
 
 lights_option = click.option(
     "-l",
@@ -129,7 +129,7 @@ lit_options = together(
     "lit",
     Lit,
     lights_option,
-    option("--bands", means=Declared(BANDS), metavar="RED,GREEN,BLUE"),
+    option("--channels", means=Declared(SHOWN), metavar="RED,GREEN,BLUE"),
 )
 exposure_option = option(
     "--exposure",

@@ -17,7 +17,7 @@ from .terminal import print_json, say
 @command(
     *("reconstruction.reconstruct", "planning.plan_table", "planning.Goniometer"),
     *("reconstruction.reflectance_basis", "save"),
-    options={"n": "--plan", "materials": "-b --basis"},
+    options={"count": "--plan", "materials": "-b --basis"},
     repeated=("materials",),
     short_help="Make a whole table of few values.",
 )
@@ -38,16 +38,16 @@ def reconstruct(file: Path | None, output: Path | None, as_json: bool, asked: As
     from ..formats import save, target, writer
 
     planned = asked.of("planning.plan_table")
-    if file is None and "n" not in planned:
+    if file is None and "count" not in planned:
         raise ParameterError("gonio reconstruct: expected a FILE of values, or --plan N")
-    if "n" in planned:
+    if "count" in planned:
         check_plan(output)
     elif output is not None:
         target(writer(output, **asked.of("save")), output)
     basis = asked.call("reconstruction.reflectance_basis")
     found = None if file is None else asked.call("reconstruction.reconstruct", str(file), basis)
     numbers: Any = found
-    if "n" in planned:
+    if "count" in planned:
         goniometer = asked.call("planning.Goniometer")
         numbers = asked.call("planning.plan_table", basis=basis, goniometer=goniometer, measured=found)
         if output is not None:

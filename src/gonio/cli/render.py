@@ -78,9 +78,9 @@ def render(
     start = time.perf_counter()
     check_target(output, exposure)
     m, shown = material.read(), {**lit.read(), **stage.read()}
-    if output.suffix.lower() != ".exr" and not is_coloured(m, shown["bands"]):
+    if output.suffix.lower() != ".exr" and not is_coloured(m, shown["channels"]):
         names = ", ".join(map(str, m.channel_names or range(m.channels or 1)))
-        advice = f"choose three, --bands RED,GREEN,BLUE, or one of {names:.90}; or write .exr"
+        advice = f"choose three, --channels RED,GREEN,BLUE, or one of {names:.90}; or write .exr"
         raise ParameterError(f"{output}: a picture of {m.channels} channels, expected 1 or 3; {advice}")
     with bar("rendering") as progress:
         picture = asked.call("render", m, progress=progress, **shown)

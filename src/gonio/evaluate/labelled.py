@@ -184,8 +184,8 @@ def _with_numbers(m: Parametrised, values: dict[str, np.ndarray]) -> Parametrise
 
 def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[str] = (VALUE,)) -> Callable[[F], F]:
     """Decorates a function: arguments of these names, directions (..., 3) and angles, may be arrays of xarray, pandas
-    and Dask, and so may the parameters of the material `m`, if it takes one. `kinds`: of its results; with `error=True`
-    it returns an error besides."""
+    and Dask, and so may the parameters of the material `m`, if it takes one. `kinds`: of its results; with
+    `with_error=True` it returns an error besides."""
 
     def decorated(function: F) -> F:
         parameters = signature(function)

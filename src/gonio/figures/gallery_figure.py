@@ -34,7 +34,7 @@ def gallery(
     size: int = 192,
     samples: int | None = None,
     seed: int = 0,
-    noise: float | None = None,
+    tolerance: float | None = None,
     exposure: float = 0.0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Figure:
@@ -68,9 +68,9 @@ def gallery(
     count = len(things) * max(len(given), 1)
     if count > MOST:
         raise ParameterError(f"{len(things)} materials under {len(given)} lights; expected up to {MOST} pictures")
-    options: dict[str, Any] = {"size": size, "samples": samples, "seed": seed, "noise": noise}
+    options: dict[str, Any] = {"size": size, "samples": samples, "seed": seed, "tolerance": tolerance}
     found: list[Image] = []
-    with said_once(), at_most(size * size * most_samples(samples, noise)):
+    with said_once(), at_most(size * size * most_samples(samples, tolerance)):
         for thing in things.values():
             for light in given.values() if given else (None,):
                 if isinstance(thing, Image):

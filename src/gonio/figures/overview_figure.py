@@ -47,7 +47,7 @@ def overview(
     size: Size = 256,
     samples: Samples = 32,
     progress: Callable[[int, int], None] | None = None,
-    bands: Sequence[str | float] | None = None,
+    channels: Sequence[str | float] | None = None,
 ) -> Figure:
     """Draw a material in one figure, as `gonio show` does.
 
@@ -61,7 +61,7 @@ def overview(
     measured in the plane are points, with bars of two standard uncertainties. Of a map, pi f of every place takes the
     place of the sphere, and the rest is that of the place in its middle.
 
-    lights     of the sphere; by default the one of `gn.render`, as are size, samples and bands
+    lights     of the sphere; by default the one of `gn.render`, as are size, samples and channels
     path       file to write: .png, .jpg, .pdf or .svg
 
     Units      the figure has degrees, and f [1/sr].
@@ -77,11 +77,11 @@ def overview(
         grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
         beside = figure.add_subplot(grid[0, 1])
         if map_shape(m):
-            m = _draw_map(beside, m, bands)
+            m = _draw_map(beside, m, channels)
         else:
             with at_most(size * size * samples):
-                picture = render(m, lights, size=size, samples=samples, progress=progress, bands=bands)
-            _sphere(beside, m, picture, bands)
+                picture = render(m, lights, size=size, samples=samples, progress=progress, channels=channels)
+            _sphere(beside, m, picture, channels)
         panel = of_one(m)
         slices = [curve.slice for curve in panel.curves]
         draw_polar(figure.add_subplot(grid[0, 0]), panel, _polar_title(panel.unit))
@@ -146,11 +146,11 @@ def _codes(linear: np.ndarray) -> np.ndarray:
     return np.clip(srgb_encode(np.nan_to_num(rgb)), 0.0, 1.0)
 
 
-def _sphere(axes: Any, m: Reflectance, picture: Any, bands: Sequence[str | float] | None = None) -> None:
+def _sphere(axes: Any, m: Reflectance, picture: Any, channels: Sequence[str | float] | None = None) -> None:
     title = "Sphere, seen by a parallel camera"
-    if is_coloured(m, bands):
+    if is_coloured(m, channels):
         shown = _codes(picture.colour)
-        title += _of_bands(bands)
+        title += _of_bands(channels)
     else:
         shown = _codes(picture.colour.mean(axis=-1, keepdims=True))
         title += f",\n{one_number(m)[1]}"
@@ -160,14 +160,14 @@ def _sphere(axes: Any, m: Reflectance, picture: Any, bands: Sequence[str | float
     axes.set_title(title)
 
 
-def _of_bands(bands: Sequence[str | float] | None) -> str:
+def _of_bands(channels: Sequence[str | float] | None) -> str:
     """The end of a title that says which bands a picture shows."""
-    if bands is None:
+    if channels is None:
         return ""
-    return f",\n{', '.join(map(str, bands))} as {'red, green, blue' if len(bands) == 3 else 'gray'}"
+    return f",\n{', '.join(map(str, channels))} as {'red, green, blue' if len(channels) == 3 else 'gray'}"
 
 
-def _draw_map(axes: Any, m: Reflectance, bands: Sequence[str | float] | None) -> Reflectance:
+def _draw_map(axes: Any, m: Reflectance, channels: Sequence[str | float] | None) -> Reflectance:
     """Draw pi f of every place of a map, seen along the normal; the material of the place in its middle."""
     shape = map_shape(m)
     f = with_channels(m.f(direction(math.radians(45.0), math.pi), direction(0.0, 0.0)), len(shape))
@@ -176,8 +176,8 @@ def _draw_map(axes: Any, m: Reflectance, bands: Sequence[str | float] | None) ->
     if not len(known):
         raise ParameterError(f"{m!r:.80}: no place of the map has data; expected at least one")
     place = tuple(known[np.abs(known - 0.5 * (np.array(shape) - 1.0)).sum(axis=-1).argmin()].tolist())
-    if is_coloured(m, bands) and f.shape[-1] > 1:
-        matrix = shown_as(m, bands)
+    if is_coloured(m, channels) and f.shape[-1] > 1:
+        matrix = shown_as(m, channels)
         shown = math.pi * (f if matrix is None else f @ matrix)
         axes.imshow(_codes(shown.reshape(-1, shape[-1], shown.shape[-1])), aspect="equal", interpolation="nearest")
     else:
@@ -190,7 +190,7 @@ def _draw_map(axes: Any, m: Reflectance, bands: Sequence[str | float] | None) ->
     axes.grid(False)
     where = ", ".join(map(str, place))
     axes.set_title(
-        f"π f of every place: light at 45°, seen at 0°{_of_bands(bands)};\n+ the place ({where}) of the other panels"
+        f"π f of every place: light at 45°, seen at 0°{_of_bands(channels)};\n+ the place ({where}) of the other panels"
     )
 
     def picked(value: Any) -> Any:

@@ -37,7 +37,7 @@ class _Job(NamedTuple):
 
 @checked
 def fit_many(
-    sources: Any,
+    data: Any,
     models: Any,
     loss: LossName | None = None,
     *,
@@ -52,7 +52,7 @@ def fit_many(
 ) -> Any:
     """Fits of many materials by several models: a pandas.DataFrame, one row for each material and model.
 
-    `sources`: a folder; a list of paths, names of built-in materials, and reflectances; or a mapping from names to
+    `data`: a folder; a list of paths, names of built-in materials, and reflectances; or a mapping from names to
     these. `models`: a reflectance or an expression, several of them, a mapping from names to them, or the name of a
     set of `select_model`. `loss` to `seed`: see `fit`.
     `output`: a file to write, .parquet or .csv. A run that was stopped goes on: rows that are there, of the same data,
@@ -67,7 +67,7 @@ def fit_many(
 
     Columns: material, model, status ("fitted"; "refused" with its `error`; "failed", which the next run tries again),
     rms, aic, bic, values, unknowns, converged, seconds, each number by its path and its standard error as
-    "path.stderr", loss, the fitted model as an expression, notes. Rows are in the order of sources and models.
+    "path.stderr", loss, the fitted model as an expression, notes. Rows are in the order of data and models.
 
     Shapes   a row for each material and model.
     Units    those of the parameters.
@@ -87,7 +87,7 @@ def fit_many(
     final = None if output is None else output_file(output)
     chosen = _models(models)
     options = {"loss": loss, "robust": robust, "per_channel": per_channel, "starts": starts, "seed": seed}
-    named = _sources(sources, final)
+    named = _sources(data, final)
     jobs, order = _jobs(named, chosen, options, theta_max)
     with journal_of(final, order) as journal:
         total = len(order)
@@ -155,33 +155,33 @@ def _models(models: Any) -> dict[str, Reflectance]:
     return found
 
 
-def _sources(sources: Any, output: Path | None) -> dict[str, Any]:
+def _sources(data: Any, output: Path | None) -> dict[str, Any]:
     """Names and sources: paths as `Path`, names of built-in materials as text, reflectances."""
     from ..catalogue.builtin import materials
 
-    if isinstance(sources, (str, os.PathLike)) and os.path.isdir(sources) and not _is_material(Path(sources)):
+    if isinstance(data, (str, os.PathLike)) and os.path.isdir(data) and not _is_material(Path(data)):
         own = () if output is None else (output.name, journal_path(output).name)
-        paths = [p for p in sorted(Path(sources).iterdir()) if p.name[0] != "." and p.name not in own]
+        paths = [p for p in sorted(Path(data).iterdir()) if p.name[0] != "." and p.name not in own]
         found: dict[str, Any] = {p.name: p for p in paths if p.is_file() or _is_material(p)}
         if not found:
-            raise NotFoundError(f"{sources}: the folder holds no files; expected measurements")
+            raise NotFoundError(f"{data}: the folder holds no files; expected measurements")
         return found
-    if isinstance(sources, (str, os.PathLike, Reflectance)):
-        sources = [sources]
-    if isinstance(sources, Mapping):
-        pairs = [(str(name), x) for name, x in sources.items()]
-    elif isinstance(sources, Iterable) and not ops.dtype_of(sources):
-        pairs = [(_name(x), x) for x in sources]
+    if isinstance(data, (str, os.PathLike, Reflectance)):
+        data = [data]
+    if isinstance(data, Mapping):
+        pairs = [(str(name), x) for name, x in data.items()]
+    elif isinstance(data, Iterable) and not ops.dtype_of(data):
+        pairs = [(_name(x), x) for x in data]
     else:
         raise ParameterError(
-            f"sources={shown(sources)}: expected a folder, a list of paths or reflectances, or a mapping from names"
+            f"data={shown(data)}: expected a folder, a list of paths or reflectances, or a mapping from names"
         )
     if not pairs:
-        raise ParameterError("sources: got none; expected at least one")
+        raise ParameterError("data: got none; expected at least one")
     built_in = {e.name for e in materials()}
     for name, x in pairs:
         if not isinstance(x, (str, os.PathLike, Reflectance)):
-            raise ParameterError(f"sources: {name:.60} is {shown(x)}; expected a path, a name or a reflectance")
+            raise ParameterError(f"data: {name:.60} is {shown(x)}; expected a path, a name or a reflectance")
     named = _numbered(pairs)
     for name, x in named.items():
         is_name = isinstance(x, str) and x in built_in and not os.path.exists(x)

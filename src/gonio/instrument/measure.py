@@ -46,7 +46,8 @@ class Simulated(Gridded):
     Source   Westin, Arvo & Torrance 1992, "Predicting reflectance functions from complex surfaces", SIGGRAPH.
 
     Example
-    >>> m = gn.gonioreflectometer(gn.surfaces.gaussian(0.3, size=64), theta_i=0.5, cells=(9, 12), rays=1 << 12, error=1)
+    >>> rough = gn.surfaces.gaussian(0.3, size=64)
+    >>> m = gn.gonioreflectometer(rough, theta_i=0.5, cells=(9, 12), rays=1 << 12, tolerance=1)
     >>> print(m.stored.shape, m.uncertainty.shape, m.converged)
     (1, 9, 7) (1, 9, 7) True
     """
@@ -78,12 +79,12 @@ def gonioreflectometer(
         18,
         36,
     ),
-    error: Annotated[
+    tolerance: Annotated[
         float, Declared("relative standard error of a cell, on average, to go on until", 1e-5, 1.0, "share")
     ] = 0.01,
     bounces: Annotated[int, Declared("how often light is followed", 1, 1000)] = 16,
     rays: Annotated[int, Declared("rays on each surface, from each direction", 1024, 1 << 24)] = 1 << 18,
-    most: Annotated[int, Declared("independent surfaces at most", FEWEST, 1_000_000)] = 256,
+    surfaces: Annotated[int, Declared("independent surfaces at most", FEWEST, 1_000_000)] = 256,
     seed: Seed = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Simulated:
@@ -94,9 +95,9 @@ def gonioreflectometer(
 
     facet      reflectance of the facets, which are mirrors; or any reflectance, in the frame of the facet: of light
                from in front, and reciprocal
-    error      mean standard uncertainty of the cells over mean f at which a direction of incidence is done
+    tolerance  mean standard uncertainty of the cells over mean f at which a direction of incidence is done
     bounces    what is inside after them is `report.unfinished`
-    most       where the error is not reached by then there is a ToleranceWarning
+    surfaces   where the error is not reached by then there is a ToleranceWarning
     progress   progress(done, total) is called after each surface
 
     The uncertainty is that of the mean of independent surfaces, by their spread: on one surface more rays do not help.
@@ -124,15 +125,15 @@ def gonioreflectometer(
     of_light = _angles("theta_i", theta_i, 0.5 * math.pi)
     around = _azimuths(surface, phi_i)
     grid = _cells(cells)
-    surfaces = _Surfaces(surface, rays, seed)
-    tally = _Tally(grid, not oriented, (len(of_light), len(around)), error, rays)
-    count = min(most, surfaces.count)
+    samples = _Surfaces(surface, rays, seed)
+    tally = _Tally(grid, not oriented, (len(of_light), len(around)), tolerance, rays)
+    count = min(surfaces, samples.count)
     start = time.perf_counter()
     for k in range(count):
         todo = tally.unfinished()
         if not len(todo):
             break
-        held, chosen, shift, rng = surfaces.drawn(k)
+        held, chosen, shift, rng = samples.drawn(k)
         for i, j in todo:
             found = trace(held, reflectance, of_light[i], around[j], grid, bounces, chosen, shift, rng)
             tally.add((i, j), found, of_light[i] < 1e-6)
@@ -141,17 +142,18 @@ def gonioreflectometer(
     seconds = time.perf_counter() - start
     f, u = tally.results()
     report = Measurement(
-        *(of_light, around, tally.errors(), error, tally.done.copy(), rays),
+        *(of_light, around, tally.errors(), tolerance, tally.done.copy(), rays),
         *(tally.mean(tally.reflected), tally.mean(tally.unfinished_light), tally.mean(tally.lost), seconds),
-        _notes(surface, surfaces, grid),
+        _notes(surface, samples, grid),
     )
-    converged = bool((report.error <= error).all())
+    converged = bool((report.error <= tolerance).all())
     if not converged:
         worst = report.error.max()
         cure = (
-            "a larger map" if surface.is_part else f"most={most} surfaces were not enough: allow more, or larger cells"
+            "a larger map" if surface.is_part else f"surfaces={surfaces} were not enough: allow more, or larger cells"
         )
-        text = f"gonioreflectometer: the error is {worst:.2g}, expected {error:g}; {cure}, or accept error={worst:.2g}"
+        text = f"gonioreflectometer: the error is {worst:.2g}, expected {tolerance:g}; {cure}, or accept"
+        text += f" tolerance={worst:.2g}"
         warn(text, ToleranceWarning)
     axes: dict[str, np.ndarray] = {"theta_i": of_light, "theta_o": grid.theta_o}
     if oriented:

@@ -13,7 +13,7 @@ from .scattered_once import tell_of_lost_light
 
 
 @checked
-def absorptance(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, error: WithError = False) -> Any:
+def absorptance(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, with_error: WithError = False) -> Any:
     """The fraction of light from wi that is absorbed, 1 - reflected - transmitted.
 
     Light that facets scatter twice is lost by models of single scattering, such as `Microfacet`, and counts as
@@ -21,7 +21,8 @@ def absorptance(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, erro
     towards wi. It is energy, by the wavelength that arrives, as in `fate`: what fluorescence sends out again is not
     absorbed, and of what fluoresces it is no emissivity.
 
-    Shapes   wi: (..., 3), above or below the surface; result (...[, C]), or with `error` an `Integral` of it and (...).
+    Shapes   wi: (..., 3), above or below the surface; result (...[, C]), or with `with_error` an `Integral` of it and
+             (...).
     Units    1.
     Error    that of reflectance and transmittance together: twice `tolerance` at most, or a ToleranceWarning.
     Source   Kirchhoff 1860; Nicodemus 1965, Appl. Opt. 4:767.
@@ -30,6 +31,6 @@ def absorptance(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, erro
     >>> print(gn.absorptance(gn.Lambertian(0.3), [0, 0, 1]).round(4))
     0.7
     """
-    R, T = leaving(m, wi, tolerance, error)
+    R, T = leaving(m, wi, tolerance, with_error)
     tell_of_lost_light("absorptance", m, wi)
-    return Integral(1.0 - R.value - T.value, R.error + T.error) if error else 1.0 - R - T
+    return Integral(1.0 - R.value - T.value, R.error + T.error) if with_error else 1.0 - R - T

@@ -23,19 +23,19 @@ from .over_hemisphere import integrate
 
 @takes_labels("wi")
 @checked
-def albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, error: WithError = False) -> Any:
+def albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, with_error: WithError = False) -> Any:
     """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
 
     rho(wi) = integral of f(wi, wo) cos(theta_o) dwo, delta lobes included exactly. Light that fluorescence sends out at
     another wavelength is not in f: a FluorescenceWarning says so. Under light of a spectrum E it is in the albedo of
     `m.under(E)`, and without one in `photon_albedo` and `fate`.
 
-    Shapes   wi: (..., 3) NumPy array; result (...[, C]), or with `error` an `Integral` of it and (...).
+    Shapes   wi: (..., 3) NumPy array; result (...[, C]), or with `with_error` an `Integral` of it and (...).
     Units    1.
     Error    at most `tolerance`, absolute (relative where the result is above 1), or a ToleranceWarning that says what
-             was reached. `error=True` returns the estimate too, typically 10 times the error, rarely below it. Computed
-             in double precision. Of 5760 albedos of GGX, Beckmann and StudentT facets, alpha from 0.001 to 1 along
-             either axis, at 0 to 89.99 degrees, none was off by more than 6e-5 for 1e-4 (`half_vectors.py`).
+             was reached. `with_error=True` returns the estimate too, typically 10 times the error, rarely below it.
+             Computed in double precision. Of 5760 albedos of GGX, Beckmann and StudentT facets, alpha from 0.001 to 1
+             along either axis, at 0 to 89.99 degrees, none was off by more than 6e-5 for 1e-4 (`half_vectors.py`).
              Of many polar angles of an isotropic lobe some are integrated and the others lie between them, to the same
              tolerance: none of 125 random materials was off by more than 0.65 of it (`by_polar_angle.py`).
              Places of a map share integrals (`integrals/maps/`), with an estimate for each: near the defaults of
@@ -51,41 +51,41 @@ def albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, error: Wi
     [0.3396 0.4903]
     """
     warn_of_reradiation(m, "gn.photon_albedo(m, wi)")
-    return kept_albedo(m, wi, tolerance, error)
+    return kept_albedo(m, wi, tolerance, with_error)
 
 
 @takes_labels("wi")
-def kept_albedo(m: Reflectance, wi: Any, tolerance: float, error: bool = False) -> Any:
+def kept_albedo(m: Reflectance, wi: Any, tolerance: float, with_error: bool = False) -> Any:
     """The albedo of f: of fluorescence without the light that leaves at another wavelength."""
     lib, (wi,) = ops.as_arrays(wi)
     if lib.name in ("torch", "jax"):
-        if error:
-            raise ParameterError(f"albedo(error=True): expected NumPy directions; got {lib.name}")
+        if with_error:
+            raise ParameterError(f"albedo(with_error=True): expected NumPy directions; got {lib.name}")
         if lib.shape(wi)[-1:] != (3,):
             raise ShapeError(f"albedo: got directions of shape {lib.shape(wi)}, expected (..., 3)")
         return by_arrays.albedo(m, wi, by_arrays.DEFAULT)
     found = integrate(m, wi, tolerance)
-    return found if error else found.value
+    return found if with_error else found.value
 
 
-@takes_labels(angles=("theta", "phi"))
+@takes_labels(angles=("theta_s", "phi_s"))
 @checked
-def black_sky_albedo(m: Reflectance, theta: Zenith, phi: Azimuth = 0.0, tolerance: Tolerance = 1e-4) -> Any:
-    """Albedo under the sun alone, at polar angle `theta`: the directional-hemispherical reflectance; see `albedo`.
+def black_sky_albedo(m: Reflectance, theta_s: Zenith, phi_s: Azimuth = 0.0, tolerance: Tolerance = 1e-4) -> Any:
+    """Albedo under the sun alone, at polar angle `theta_s`: the directional-hemispherical reflectance; see `albedo`.
 
-    Shapes   theta, phi: numbers or arrays that broadcast; result (...[, C]).
-    Units    theta, phi: rad; result: 1.
+    Shapes   theta_s, phi_s: numbers or arrays that broadcast; result (...[, C]).
+    Units    theta_s, phi_s: rad; result: 1.
     Error    `tolerance`.
     Source   Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27 (case 3); Lucht et al. 2000, IEEE TGRS 38:977.
 
     Example
     >>> field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
-    >>> print(gn.remote_sensing.black_sky_albedo(field, theta=np.radians([0.0, 45.0])).round(4))
+    >>> print(gn.remote_sensing.black_sky_albedo(field, theta_s=np.radians([0.0, 45.0])).round(4))
     [0.1592 0.1703]
     """
-    check_angle("theta", theta, 0.0, 0.5 * math.pi)
+    check_angle("theta_s", theta_s, 0.0, 0.5 * math.pi)
     warn_of_reradiation(m, "gn.photon_albedo(m, wi)")
-    return kept_albedo(m, direction(theta, phi), tolerance)
+    return kept_albedo(m, direction(theta_s, phi_s), tolerance)
 
 
 @takes_labels()
@@ -123,40 +123,40 @@ def _beside(like: Any, x: Any) -> Any:
     return ops.library(like).convert(np.asarray(x), like)
 
 
-@takes_labels(angles=("theta", "diffuse_fraction", "phi"))
+@takes_labels(angles=("theta_s", "diffuse_fraction", "phi_s"))
 @checked
 def blue_sky_albedo(
     m: Reflectance,
-    theta: Zenith,
+    theta_s: Zenith,
     diffuse_fraction: Annotated[Any, Declared("the sky's share of the irradiance", 0.0, 1.0, "share")],
-    phi: Azimuth = 0.0,
+    phi_s: Azimuth = 0.0,
     tolerance: Tolerance = 1e-4,
 ) -> Any:
     """Albedo under the sun and a uniform sky, the "actual" one: (1 - d) black-sky + d white-sky albedo.
 
     d, the diffuse fraction, is the sky's share of the irradiance. `reflectance` takes skies that are not uniform.
 
-    Shapes   theta, phi, diffuse_fraction: numbers or arrays that broadcast; result (...[, C]).
-    Units    theta, phi: rad; others: 1.
+    Shapes   theta_s, phi_s, diffuse_fraction: numbers or arrays that broadcast; result (...[, C]).
+    Units    theta_s, phi_s: rad; others: 1.
     Error    `tolerance`.
     Source   Lucht et al. 2000, IEEE TGRS 38:977; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
 
     Example
     >>> field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
-    >>> print(gn.remote_sensing.blue_sky_albedo(field, theta=np.radians(45.0), diffuse_fraction=0.2).round(4))
+    >>> print(gn.remote_sensing.blue_sky_albedo(field, theta_s=np.radians(45.0), diffuse_fraction=0.2).round(4))
     0.1718
     """
-    theta, phi = numbers_of("theta", theta), numbers_of("phi", phi)
+    theta_s, phi_s = numbers_of("theta_s", theta_s), numbers_of("phi_s", phi_s)
     d = _share(diffuse_fraction)
     known = ops.library(d).known(d)
     if known is not None and ((known < 0.0) | (known > 1.0)).any():
         given = f"diffuse_fraction={shown(diffuse_fraction)}"
         raise ParameterError(f"{given}: expected the sky's share of light, in [0, 1]")
-    shapes = [*map(np.shape, (theta, phi, d)), map_shape(m)]
-    ops.broadcast_shape(shapes, "theta, phi, diffuse_fraction and parameters")
-    check_angle("theta", theta, 0.0, 0.5 * math.pi)
+    shapes = [*map(np.shape, (theta_s, phi_s, d)), map_shape(m)]
+    ops.broadcast_shape(shapes, "theta_s, phi_s, diffuse_fraction and parameters")
+    check_angle("theta_s", theta_s, 0.0, 0.5 * math.pi)
     warn_of_reradiation(m, "gn.photon_albedo(m, wi)")
-    black, white = kept_albedo(m, direction(theta, phi), tolerance), kept_reflectance(m, tolerance)
+    black, white = kept_albedo(m, direction(theta_s, phi_s), tolerance), kept_reflectance(m, tolerance)
     if m.channels is not None:
         d = d[..., None]
     like = next((x for x in (black, white, d) if ops.library(x).name != "numpy"), None)

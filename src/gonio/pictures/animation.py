@@ -39,7 +39,7 @@ def save_animation(frames: Sequence[Image], path: str | os.PathLike[str], second
 
 def _codes(frame: Image, exposure: float, opaque: bool) -> np.ndarray:
     if frame.pixels.shape[-1] not in (1, 3):
-        raise ParameterError(f"frames have {frame.pixels.shape[-1]} channels, expected 1 or 3; choose bands=")
+        raise ParameterError(f"frames have {frame.pixels.shape[-1]} channels, expected 1 or 3; choose channels=")
     codes = shown_on_screen(frame, 2.0**exposure)
     if opaque:
         codes = codes[..., :3] * codes[..., 3:] + 1.0 - codes[..., 3:]

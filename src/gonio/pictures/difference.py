@@ -168,9 +168,9 @@ def _covered(picture: Image) -> NDArray[np.bool_]:
 
 
 def _sigmas(a: Image, b: Image, pixels: Any, inside: Any) -> float | None:
-    if a.noise is None or b.noise is None:
+    if a.error is None or b.error is None:
         return None
-    noises = (Image(x.noise, x.alpha, premultiplied=x.premultiplied) for x in (a, b) if x.noise is not None)
+    noises = (Image(x.error, x.alpha, premultiplied=x.premultiplied) for x in (a, b) if x.error is not None)
     variance = sum((np.square(noise.light.astype(float)) for noise in noises), 0.0)
     noisy = inside[..., None] & (variance > 0.0)
     if not noisy.any():

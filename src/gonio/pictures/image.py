@@ -45,10 +45,10 @@ STARTS = {start: kind for module in _FORMATS for start, kind in module.STARTS.it
 class Image:
     """A picture: linear pixels, row 0 at the top.
 
-    Shapes   `pixels` (H, W, C) float32; `alpha` (H, W) float32 or None; `channels` C names or None; `noise` as
+    Shapes   `pixels` (H, W, C) float32; `alpha` (H, W) float32 or None; `channels` C names or None; `error` as
              `pixels`, or None: their standard errors, of a picture that was rendered; `samples` of each of its pixels.
     Units    `pixels` as rendered (radiance, when the lights are), linear sRGB primaries for C = 3; `alpha` is
-             coverage, 0 to 1. `premultiplied`: whether it is multiplied into `pixels` (and `noise`), as in .exr files;
+             coverage, 0 to 1. `premultiplied`: whether it is multiplied into `pixels` (and `error`), as in .exr files;
              in those of .png and of `gn.render` it is not. `light` and `colour` are either, whatever `pixels` are.
     Errors   ShapeError; ArrayTypeError (not floats); ParameterError (names). float32 arrays are not copied.
 
@@ -64,7 +64,7 @@ class Image:
     pixels: NDArray[np.float32]
     alpha: NDArray[np.float32] | None = None
     channels: tuple[str, ...] | None = None
-    noise: NDArray[np.float32] | None = None
+    error: NDArray[np.float32] | None = None
     samples: int | None = None
     premultiplied: bool = False
 
@@ -105,11 +105,11 @@ class Image:
             if alpha.shape != pixels.shape[:2]:
                 raise ShapeError(f"alpha is {alpha.shape}, expected (H, W), here {pixels.shape[:2]}")
             object.__setattr__(self, "alpha", alpha)
-        if self.noise is not None:
-            noise = _float32(self.noise, "noise")
-            if noise.shape != pixels.shape:
-                raise ShapeError(f"noise is {noise.shape}, expected that of the pixels, {pixels.shape}")
-            object.__setattr__(self, "noise", noise)
+        if self.error is not None:
+            error = _float32(self.error, "error")
+            if error.shape != pixels.shape:
+                raise ShapeError(f"error is {error.shape}, expected that of the pixels, {pixels.shape}")
+            object.__setattr__(self, "error", error)
         if self.channels is not None:
             several = isinstance(self.channels, (list, tuple)) or getattr(self.channels, "ndim", 0) == 1
             names = tuple(map(str, self.channels if several else [self.channels]))
@@ -181,7 +181,7 @@ def over_black(pixels: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:
 
 @checked
 def load_image(
-    path: str | os.PathLike[str], most: int = PIXELS, *, layer: str | None = None, linear: bool | None = None
+    path: str | os.PathLike[str], max_pixels: int = PIXELS, *, layer: str | None = None, linear: bool | None = None
 ) -> Image:
     """Read an OpenEXR, Radiance, PNG or JPEG picture, recognized by its first bytes.
 
@@ -203,7 +203,7 @@ def load_image(
     several are an error that names them.
     `linear`: True, codes are linear as they are; False, they are sRGB's; whatever the file says. Floats are linear
     unless False.
-    `most`: pixels; a picture that announces more is refused before anything of it is decoded. Reading RGB never takes
+    `max_pixels`: a picture that announces more is refused before anything of it is decoded. Reading RGB never takes
     more than 30 bytes of memory a pixel, and 12 of them stay.
 
     A MeaningWarning tells what is not obeyed: primaries that are not sRGB's, for which values stay as they are, pixels
@@ -219,18 +219,18 @@ def load_image(
     >>> print(gn.scenes.load_image("bright.exr").pixels.max())
     1000.0
     """
-    image, notes = apart(_read, path, Limits(most, layer, linear), _READERS)
+    image, notes = apart(_read, path, Limits(max_pixels, layer, linear), _READERS)
     for note in notes:
         warn(f"{path}: {note}", MeaningWarning)
     return image
 
 
-def read_gray(path: str | os.PathLike[str], most: int) -> NDArray[np.float64]:
+def read_gray(path: str | os.PathLike[str], max_pixels: int) -> NDArray[np.float64]:
     """The codes (H, W) of a gray PNG, or the numbers of a gray TIFF, as they are; NaN where a PNG is transparent.
 
     Raises as `load_image`; FormatError for colours.
     """
-    found: NDArray[np.float64] = apart(_read, path, Limits(most), _GRAY_READERS)
+    found: NDArray[np.float64] = apart(_read, path, Limits(max_pixels), _GRAY_READERS)
     return found
 
 

@@ -131,7 +131,7 @@ def reconstruct(
 
 @checked
 def plan_table(
-    n: Annotated[int, Declared("how many pairs of directions", 1, MOST)],
+    count: Annotated[int, Declared("how many pairs of directions", 1, MOST)],
     basis: ReflectanceBasis | None = None,
     *,
     goniometer: Goniometer | None = None,
@@ -142,7 +142,7 @@ def plan_table(
     starts: Annotated[int, Declared("random sets of pairs to begin from", 1, 1000)] = 2,
     seed: Seed = 0,
 ) -> TablePlan:
-    """The n pairs of directions from which `reconstruct` makes the best table of an unknown isotropic material.
+    """The `count` pairs of directions from which `reconstruct` makes the best table of an unknown isotropic material.
 
     What is least is the variance of ln f after the measurement, on average over all pairs of directions, weighted by
     both cosines (A-optimal). Pairs are chosen one by one, then each is exchanged for the best other one until none
@@ -152,7 +152,7 @@ def plan_table(
     `noise`: relative standard uncertainty of a value; `floor`: absolute [1/sr].
     `measured`: what is known already: a `Reconstruction` by the same basis, or data as for `reconstruct`.
 
-    Shapes   wi, wo of the plan: (n, 3).
+    Shapes   wi, wo of the plan: (count, 3).
     Units    floor: 1/sr.
     Error    the plan is a local optimum, of several starts; errors of reconstructions from it beside regular and random
              directions: benchmarks/reconstruction.txt.
@@ -168,7 +168,7 @@ def plan_table(
     basis = basis or _usual()
     if measured is not None and not isinstance(measured, Reconstruction):
         measured = reconstruct(measured, basis, noise=noise, floor=floor)
-    return planned_table(basis, n, goniometer, noise, floor, measured, candidates, starts, seed)
+    return planned_table(basis, count, goniometer, noise, floor, measured, candidates, starts, seed)
 
 
 @cache

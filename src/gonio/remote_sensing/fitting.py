@@ -102,10 +102,10 @@ class KernelFit:
 
 @checked
 def fit_kernels(
-    brf: Any,
     theta_s: Any,
     theta_v: Any,
     phi: Any,
+    brf: Any,
     u: Any = None,
     volumetric: str = "ross_thick",
     geometric: str = "li_sparse_r",
@@ -125,7 +125,7 @@ def fit_kernels(
     Example
     >>> sun, view, phi = np.radians([[30, 30, 45, 45, 60], [0, 40, 20, 60, 30], [0, 180, 0, 90, 180]])
     >>> measured = gn.remote_sensing.brf(gn.RossLi(0.2, 0.1, 0.03), sun, view, phi)
-    >>> gn.remote_sensing.fit_kernels(measured, sun, view, phi).weights.round(6)
+    >>> gn.remote_sensing.fit_kernels(sun, view, phi, measured).weights.round(6)
     array([0.2 , 0.1 , 0.03])
     """
     expect_one_of(VOLUMETRIC, "volumetric", volumetric)

@@ -34,7 +34,7 @@ def picture_jacobian(
     samples: Samples = 32,
     seed: Seed = 0,
     progress: Callable[[int, int], None] | None = None,
-    bands: Any = None,
+    channels: Any = None,
     camera: View | None = None,
 ) -> tuple[Image, dict[str, Image]]:
     """The picture of `render`, and its derivatives: pictures of how each value changes with a number.
@@ -56,7 +56,7 @@ def picture_jacobian(
     """
     names = [by] if isinstance(by, str) else list(by)
     tell("picture_jacobian", Stage.of(shape, camera), [m], shape)
-    job, paths, _ = derived(m, lights, names, shape, size, samples, seed, bands, camera, "picture_jacobian")
+    job, paths, _ = derived(m, lights, names, shape, size, samples, seed, channels, camera, "picture_jacobian")
     count = 1 + len(paths)
 
     def work(at: slice, start: int, stop: int) -> Found:
@@ -68,12 +68,12 @@ def picture_jacobian(
     warn_of_holes(sums.holes)
     alpha = pixels.picture(sums.seen[:, None] / sums.samples)[..., 0]
     noise = sums.noise()
-    channels = tuple(map(str, m.channel_names)) if job.channels > 3 and m.channel_names is not None else None
+    labels = tuple(map(str, m.channel_names)) if job.channels > 3 and m.channel_names is not None else None
     images = []
     for k in range(count):
         own = slice(k * job.channels, (k + 1) * job.channels)
         error = None if noise is None else pixels.picture(noise[:, own])
-        images.append(Image(pixels.picture(sums.mean()[:, own]), alpha, channels, error, sums.samples))
+        images.append(Image(pixels.picture(sums.mean()[:, own]), alpha, labels, error, sums.samples))
     return images[0], dict(zip(names, images[1:], strict=True))
 
 
@@ -108,7 +108,7 @@ def derived(
     size: int,
     samples: int,
     seed: int,
-    bands: Any,
+    channels: Any,
     camera: View | None,
     who: str,
 ) -> Slopes:
@@ -118,8 +118,8 @@ def derived(
         rule = "expected meshes without any, which all have that of the picture"
         raise ParameterError(f"{who}: the scene has materials of its own; {rule}")
     refuse_fluorescence(m, who)
-    lights, by_power = lights_of(m, lights, bands)
-    before, after = colours_of(m, lights, bands, by_power)
+    lights, by_power = lights_of(m, lights, channels)
+    before, after = colours_of(m, lights, channels, by_power)
     for light in lights:
         if not light.is_formula():
             rule = "expected lights with seen, which are formulas"

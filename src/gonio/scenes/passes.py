@@ -75,7 +75,7 @@ def passes(
     work: Callable[[slice, int, int], Found],
     parts: list[slice],
     samples: int,
-    noise: float | None,
+    tolerance: float | None,
     progress: Callable[[int, int], None] | None,
     checkpoint: Checkpoint | None,
 ) -> None:
@@ -93,7 +93,7 @@ def passes(
             announced += 1
             progress(announced, total)
 
-    while sums.samples < samples and not (noise is not None and sums.relative_noise() <= noise):
+    while sums.samples < samples and not (tolerance is not None and sums.relative_noise() <= tolerance):
         start = sums.samples
         stop = min(start + PASS, samples)
         before = len(done)
@@ -121,7 +121,7 @@ class Checkpoint(Kept):
     """
 
     def __init__(self, path: str | os.PathLike[str], identity: str):
-        what = "material, lights, shape, size, seed, bands and version of gonio"
+        what = "material, lights, shape, size, seed, channels and version of gonio"
         super().__init__(path, identity, "a picture", what)
 
     def read(self, pixels: int, channels: int) -> Sums:

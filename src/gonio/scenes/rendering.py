@@ -28,7 +28,7 @@ from ..pictures.colour import LUMINANCE, daylight, light_to_rgb, transformed
 from ..pictures.image import Image
 from . import by_arrays
 from ._bodies import Solid
-from .asked import Backdrop, PixelNoise, Samples, Size
+from .asked import Backdrop, PixelTolerance, Samples, Size
 from .camera import View
 from .estimator import FRONTS
 from .left_out import tell
@@ -43,7 +43,7 @@ SAMPLES = 32
 """Samples of a pixel where nobody asks for more."""
 
 MOST = 1 << 16
-"""The most samples of a pixel that are taken to reach a noise."""
+"""The most samples of a pixel that are taken to reach a standard error."""
 
 PLACES = ("position", "centre")
 """What lights call their place."""
@@ -61,8 +61,8 @@ def render(
     samples: Samples | None = None,
     seed: Seed = 0,
     progress: Callable[[int, int], None] | None = None,
-    bands: Any = None,
-    noise: PixelNoise | None = None,
+    channels: Any = None,
+    tolerance: PixelTolerance | None = None,
     checkpoint: Annotated[
         str | os.PathLike[str],
         Declared("file that keeps what is done: the same call goes on from there after it was ended"),
@@ -96,14 +96,14 @@ def render(
     turned into RGB, under lights without a spectrum as daylight (D65) shows them; where lights are spectra,
     `gn.ConstantLight(spectrum)`, the radiance is, whose colour is that of the light too. Wavelengths wholly outside the
     visible have no colour. What fluorescence sends out at another wavelength is seen too, of each light by its own
-    spectrum; of lights without one by that of daylight, where channels are wavelengths. `bands`: the three channels
+    spectrum; of lights without one by that of daylight, where channels are wavelengths. `channels`: the three channels
     that are shown as red, green and blue, or the one that is shown in gray, by name or wavelength [nm]
     (`m.channel_names`); without it, channels named red, green and blue are.
 
-    Samples are taken in passes of 32. The picture's `noise` is the standard error of each value, from the spread of
+    Samples are taken in passes of 32. The picture's `error` is the standard error of each value, from the spread of
     the passes, so that there is one from 33 samples on; its `samples` are how many were taken. Passes fill what
     others leave: the true error is 1.3 times what the spread of two says (64 samples), 0.7 of it at 256, half at
-    1024. `noise`: the picture is done when the root mean square of this error is below that share of the mean
+    1024. `tolerance`: the picture is done when the root mean square of this error is below that share of the mean
     radiance of the shape, at the latest after `samples` (65536 where nobody says how many). `checkpoint`: a file
     that keeps the sums meanwhile; the same call goes on from there after it was interrupted, or killed, and gives
     the same picture to the last bit. With more samples it goes on from a picture that is done.
@@ -118,17 +118,17 @@ def render(
     >>> print(picture.pixels.shape, picture.alpha.shape)
     (16, 16, 3) (16, 16)
     """
-    wanted = most_samples(samples, noise)
+    wanted = most_samples(samples, tolerance)
     stage, materials = _staged(m, shape, camera, ground, backdrop)
     tell("render", stage, materials, m if isinstance(m, Scene) else shape)
     if all(x.sides == "front" for x in materials):
         _check_fronts(stage)
     pixels = Pixels.of(stage, size, seed)
-    lit = [(x, *lights_of(x, lights, bands)) for x in materials]
+    lit = [(x, *lights_of(x, lights, channels)) for x in materials]
     several = [
-        (x, given, before, after, glows_of(x, given, before, bands, by_power))
+        (x, given, before, after, glows_of(x, given, before, channels, by_power))
         for x, given, by_power in lit
-        for before, after in [colours_of(x, given, bands, by_power)]
+        for before, after in [colours_of(x, given, channels, by_power)]
     ]
     m, given, before, after, glowing = several[0]
     _refuse_lights_inside(stage, given)
@@ -136,7 +136,7 @@ def render(
         job = _job(several, pixels)
         file = None if checkpoint is None else Checkpoint(checkpoint, job.identity())
         sums = (Sums.zero if file is None else file.read)(len(pixels.places), job.channels)
-        passes(sums, job.part, job.parts(), wanted, noise, progress, file)
+        passes(sums, job.part, job.parts(), wanted, tolerance, progress, file)
         warn_of_holes(sums.holes)
         if not sums.seen.any():
             rule = "expected a shape within the picture; see its vertices, and camera= (eye, target, field_of_view)"
@@ -146,8 +146,8 @@ def render(
         alpha = pixels.picture(sums.seen[:, None] / taken)[..., 0]
     else:
         kinds = ", ".join(type(light).__name__ for light in given if not light.is_formula())
-        if noise is not None or checkpoint is not None:
-            rule = "noise= and checkpoint= are for pictures that are computed as one formula"
+        if tolerance is not None or checkpoint is not None:
+            rule = "tolerance= and checkpoint= are for pictures that are computed as one formula"
             raise ParameterError(f"render: {rule}, and {kinds} is none; write the light with seen, or leave them out")
         refuse_shadows(stage, f"render, under {kinds}, which is a function of arrays")
         pairs = [(x, light) for x, lights in [(m, given), *glowing] for light in lights]
@@ -159,9 +159,9 @@ def render(
     return Image(colour, alpha, names, error, taken)
 
 
-def most_samples(samples: int | None, noise: float | None) -> int:
-    """How many samples of a pixel are taken at most, where so many and such a noise are asked for."""
-    return samples if samples is not None else SAMPLES if noise is None else MOST
+def most_samples(samples: int | None, tolerance: float | None) -> int:
+    """How many samples of a pixel are taken at most, where so many and such a standard error are asked for."""
+    return samples if samples is not None else SAMPLES if tolerance is None else MOST
 
 
 def _staged(
@@ -238,7 +238,7 @@ def refuse_shadows(stage: Stage, who: str) -> None:
         )
 
 
-def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, bands: Any) -> tuple[list[Light], bool]:
+def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, channels: Any) -> tuple[list[Light], bool]:
     """The lights of a picture of a material, and whether some are spectra. Raises ShapeError for maps, ArrayTypeError
     for numbers of other array libraries."""
     for x in m.leaves():
@@ -253,13 +253,13 @@ def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, bands: Any
         rule = "a picture shows one material: one number, or one per channel"
         cure = f"for one place of the map m.replace({{{place!r}: values[index]}}), or an option of the file's format"
         raise ShapeError(f"render: {place} is a map of shape {maps}, with channels last; {rule}; {cure}")
-    given = as_lights(default_light(m, bands) if lights is None else lights)
+    given = as_lights(default_light(m, channels) if lights is None else lights)
     return [light.in_numpy() for light in at_wavelengths(given, m)], any(map(has_spectra, given))
 
 
-def default_light(m: Reflectance, bands: Sequence[str | float] | None = None) -> EnvironmentLight:
+def default_light(m: Reflectance, channels: Sequence[str | float] | None = None) -> EnvironmentLight:
     """The light of pictures for which nobody asked for another: the studio, in gray where channels are no colours."""
-    return _studio(bands is not None or not is_coloured(m))
+    return _studio(channels is not None or not is_coloured(m))
 
 
 @cache
@@ -269,33 +269,33 @@ def _studio(gray: bool) -> EnvironmentLight:
 
 
 def colours_of(
-    m: Reflectance, lights: list[Light], bands: Any, by_power: bool
+    m: Reflectance, lights: list[Light], channels: Any, by_power: bool
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Matrices (C, 3) that make RGB of a material of wavelengths, X, Y, Z or bands: of its reflectance, for lights of
     one channel or RGB, or of the radiance in the end, for lights with the same channels. None: nothing is to be done.
     `by_power`: whether the lights' numbers are the power at each wavelength, not daylight's share.
     """
-    channels, to_rgb = m.channels or 1, shown_as(m, bands)
+    count, to_rgb = m.channels or 1, shown_as(m, channels)
     counts = [*map(channels_of, lights)]
-    if by_power and bands is None and to_rgb is not None:
+    if by_power and channels is None and to_rgb is not None:
         to_rgb = light_to_rgb(m.wavelengths)
-    matrix = None if to_rgb is None or channels != len(to_rgb) else to_rgb.astype(np.float32)
+    matrix = None if to_rgb is None or count != len(to_rgb) else to_rgb.astype(np.float32)
     if matrix is not None and {*counts} <= {1, 3} and not by_power:
         return matrix, None
     for light, lit in zip(lights, counts, strict=True):
-        check_channels(channels, light, lit)
+        check_channels(count, light, lit)
     return None, matrix
 
 
 def glows_of(
-    m: Reflectance, lights: list[Light], before: np.ndarray | None, bands: Any, by_power: bool
+    m: Reflectance, lights: list[Light], before: np.ndarray | None, channels: Any, by_power: bool
 ) -> list[tuple[Reflectance, list[Light]]]:
     """What a material re-radiates under the lights of a picture, each under some of them: see `glows`. `before`: the
     matrix that makes RGB of its reflectance, where the lights are taken for daylight."""
     if not m.exchanges:
         return []
     power = None
-    if m.wavelengths is not None and (by_power or (bands is None and shown_as(m) is not None)):
+    if m.wavelengths is not None and (by_power or (channels is None and shown_as(m) is not None)):
         power = widths(m) if by_power else _daylight(m)
     if before is None:
         return glows(m, lights, power)

@@ -103,7 +103,7 @@ def render_stokes(
     seed: Seed = 0,
     polarizer: float | None = None,
     progress: Callable[[int, int], None] | None = None,
-    bands: Any = None,
+    channels: Any = None,
 ) -> StokesPicture:
     """`render`, with the polarization of what is seen: a lit shape behind an analyser, or between two polarizers.
 
@@ -128,8 +128,8 @@ def render_stokes(
     refuse_shadows(stage, "render_stokes")
     refuse_fluorescence(m, "render_stokes")
     tell("render_stokes", stage, [m], shape)
-    lights, by_power = lights_of(m, lights, bands)
-    before, after = colours_of(m, lights, bands, by_power)
+    lights, by_power = lights_of(m, lights, channels)
+    before, after = colours_of(m, lights, channels, by_power)
     arriving = None if polarizer is None else filter_at(polarizer)[:, 0].astype(np.float32)
 
     def gather(at: Points) -> tuple[np.ndarray, int]:

@@ -21,7 +21,7 @@ from ..lights.environment import EnvironmentLight
 from ..lights.turned import turned
 from ..pictures.animation import SUFFIXES, save_animation
 from ..pictures.image import Image
-from .asked import Backdrop, PixelNoise, Samples, Size
+from .asked import Backdrop, PixelTolerance, Samples, Size
 from .camera import FRONT, View, facing
 from .rendering import default_light, render
 from .scene import Scene
@@ -41,8 +41,8 @@ def write_turntable(
     seconds: Annotated[float, Declared("duration of a turn", 0.02, 3600.0, "s")] = 4.0,
     exposure: Annotated[float, Declared("stops by which pictures are brightened", -200.0, 200.0)] = 0.0,
     progress: Callable[[int, int], None] | None = None,
-    bands: Any = None,
-    noise: PixelNoise | None = None,
+    channels: Any = None,
+    tolerance: PixelTolerance | None = None,
     turns: Annotated[str, Declared("what turns", words=("lights", "shape"))] = "lights",
     camera: View | None = None,
     ground: Reflectance | None = None,
@@ -67,12 +67,12 @@ def write_turntable(
     if path is not None:
         if Path(path).suffix.lower() not in SUFFIXES:
             raise ParameterError(f"{path}: expected a name that ends in {' or '.join(SUFFIXES)}")
-        if isinstance(m, Reflectance) and not is_coloured(m, bands):
-            raise ParameterError(f"{path}: frames of {m.channels} channels, expected 1 or 3; choose three, bands=")
+        if isinstance(m, Reflectance) and not is_coloured(m, channels):
+            raise ParameterError(f"{path}: frames of {m.channels} channels, expected 1 or 3; choose three, channels=")
         target(path)
     if lights is None:
         of = m if isinstance(m, Reflectance) else next((x.material for x in m.parts if x.material is not None), None)
-        lights = EnvironmentLight.studio() if of is None else default_light(of, bands)
+        lights = EnvironmentLight.studio() if of is None else default_light(of, channels)
     given = as_lights(lights)
     view = camera
     pictures = []
@@ -82,7 +82,13 @@ def write_turntable(
             if turns == "shape":  # which is the same as all else going round the other way
                 view = _turned(_camera(m if isinstance(m, Scene) else shape, camera, ground), angle)
             round_ = [turned(light, angle) for light in given]
-            options = {"bands": bands, "noise": noise, "camera": view, "ground": ground, "backdrop": backdrop}
+            options = {
+                "channels": channels,
+                "tolerance": tolerance,
+                "camera": view,
+                "ground": ground,
+                "backdrop": backdrop,
+            }
             pictures.append(render(m, round_, shape, size, samples, seed, **options))
             if progress is not None:
                 progress(k + 1, frames)

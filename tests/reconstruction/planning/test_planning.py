@@ -179,7 +179,7 @@ def test_tables_that_are_filled_are_fitted(tmp_path, monkeypatch):
     "arguments, changes, words",
     [
         ((PAINT, 2), {}, "at least 3"),
-        ((PAINT, 0), {}, "n=0"),
+        ((PAINT, 0), {}, "count=0"),
         ((PAINT, 5, "E"), {}, "expected 'D' or 'A'"),
         ((PAINT, 5), {"noise": 5.0}, "in percent"),
         ((PAINT, 5), {"noise": 0.0}, "expected one of them above 0"),
@@ -189,7 +189,7 @@ def test_tables_that_are_filled_are_fitted(tmp_path, monkeypatch):
         ((PAINT, 5), {"candidates": 3}, "expected \\(wi, wo\\)"),
         ((PAINT + 0.0 * gn.Lambertian(0.5), 9), {}, "determines"),
         ((PAINT, 60), {"goniometer": gn.planning.Goniometer(step_theta=0.43, in_plane=True)}, "expected at most"),
-        ((PAINT, 201), {}, "n=201"),
+        ((PAINT, 201), {}, "count=201"),
     ],
 )
 def test_bad_arguments_are_refused(arguments, changes, words):

@@ -27,7 +27,7 @@ from .misfit import ERRORS, smooth_errors
 from .plan import CRITERIA, Plan
 
 MOST = 200
-"""Directions that are planned at most: a choice takes n times as long as one of them. More are repeats of a plan."""
+"""Directions that are planned at most: a choice of so many takes so many times as long. More are repeats of a plan."""
 
 FAINT = 1e-3
 """Share of the largest value below which a planned one is told: relative noise may not hold there."""
@@ -36,7 +36,7 @@ FAINT = 1e-3
 @checked
 def plan(
     model: Reflectance | Sequence[Reflectance],
-    n: Annotated[int, Declared("how many pairs of directions", 1, MOST)],
+    count: Annotated[int, Declared("how many pairs of directions", 1, MOST)],
     criterion: Annotated[
         str,
         Declared(
@@ -59,7 +59,7 @@ def plan(
     starts: Annotated[int, Declared("random sets of pairs to begin from", 1, 10_000)] = 8,
     seed: Seed = 0,
 ) -> Plan:
-    """The n pairs of directions that a goniometer can set, of which f tells most about the numbers of a model.
+    """The `count` pairs of directions that a goniometer can set, of which f tells most about the numbers of a model.
 
     The information of a plan is J^T J, J the exact derivatives of f over its uncertainty u,
     u^2 = (noise f)^2 + floor^2, at the numbers of `model`, those to be expected; its inverse is the covariance of a
@@ -81,7 +81,7 @@ def plan(
     without u its uncertainty is that of `noise` and `floor`.
     `starts`: how many; `seed`: of the random ones.
 
-    Shapes   wi, wo of the plan: (n, 3).
+    Shapes   wi, wo of the plan: (count, 3).
     Units    f and floor: 1/sr.
     Error    the plan is a local optimum, of several starts. What it promises, and what it is worth beside regular
              directions: see `Plan`. It is as good as the model: `misfit`, several expected models and a floor make it
@@ -121,7 +121,7 @@ def plan(
         for teller, before in zip(tellers, known, strict=True)
     ]
     names = every[0].names
-    _require_enough(infos, names, n, repeats, models, isotropic)
+    _require_enough(infos, names, count, repeats, models, isotropic)
     if criterion == "A":
         for teller in tellers:
             for name, value in zip(names, teller.values, strict=True):
@@ -130,10 +130,10 @@ def plan(
                         f"criterion='A': {name} is 0, and has no relative error; expected another number, "
                         f"criterion='D', or `by` without it"
                     )
-    chosen = best_choice(infos, n, criterion, repeats, starts, seed)
+    chosen = best_choice(infos, count, criterion, repeats, starts, seed)
     chosen = chosen[order_of(wi[chosen], wo[chosen])]
     matrices = [info.matrix(chosen) for info in infos]
-    _require_determined(matrices, names, n)
+    _require_determined(matrices, names, count)
     covariances = [
         covariance_of(matrix) * info.size[:, None] * info.size for matrix, info in zip(matrices, infos, strict=True)
     ]
@@ -259,7 +259,7 @@ def _known(measured: Any, teller: _Teller) -> np.ndarray:
         if measured.names != names:
             raise ParameterError(
                 f"measured: a fit of {listed(measured.names)}; expected one of {listed(names)}: "
-                f"gn.planning.plan(fit.model, n, measured=fit)"
+                f"gn.planning.plan(fit.model, count, measured=fit)"
             )
         nothing[:, : len(names)] = _of_fit(measured)
         return nothing
@@ -307,7 +307,7 @@ def _unsure(matrix: np.ndarray, names: Sequence[str]) -> list[str]:
 def _require_enough(
     infos: Sequence[Information],
     names: Sequence[str],
-    n: int,
+    count: int,
     repeats: bool,
     models: Sequence[Reflectance],
     isotropic: bool,
@@ -322,23 +322,24 @@ def _require_enough(
                 f"without some of them, or wider limits of the goniometer{turned}"
             )
     rank = max(int(np.linalg.matrix_rank(info.known[:, : len(names)], tol=1e-12, hermitian=True)) for info in infos)
-    if n * channels < len(names) - rank:
+    if count * channels < len(names) - rank:
         least = math.ceil((len(names) - rank) / channels)
         raise ParameterError(
-            f"n={n}: expected at least {least} pairs of directions for {len(names)} unknowns ({listed(names[:12])}); "
-            f"more, or fix some by `by`"
+            f"count={count}: expected at least {least} pairs of directions for {len(names)} unknowns "
+            f"({listed(names[:12])}); more, or fix some by `by`"
         )
-    if not repeats and n > candidates:
+    if not repeats and count > candidates:
         raise ParameterError(
-            f"n={n}: expected at most {candidates}, the pairs of directions there are; smaller steps, or repeats=True"
+            f"count={count}: expected at most {candidates}, the pairs of directions there are; "
+            f"smaller steps, or repeats=True"
         )
 
 
-def _require_determined(matrices: Sequence[np.ndarray], names: Sequence[str], n: int) -> None:
+def _require_determined(matrices: Sequence[np.ndarray], names: Sequence[str], count: int) -> None:
     for matrix in matrices:
         if unsure := _unsure(matrix, names):
             raise ParameterError(
-                f"n={n}: so few pairs of directions do not determine {listed(unsure)}; expected more, or `by` "
+                f"count={count}: so few pairs of directions do not determine {listed(unsure)}; expected more, or `by` "
                 f"without some"
             )
 

@@ -40,7 +40,7 @@ def _image(picture: Image) -> Cut:
         rows.append(("not finite", f"{picture.pixels.size - known.size} values"))
     if picture.samples is not None:
         rows.append(
-            ("samples", f"{picture.samples} a pixel{', with their noise' if picture.noise is not None else ''}")
+            ("samples", f"{picture.samples} a pixel{', with their errors' if picture.error is not None else ''}")
         )
     shown = image(_png(picture), min(max(width, 64), WIDTH), "the picture")
     return Cut("Image", "linear; shown as sRGB", shown, (table(("", ""), rows),))
