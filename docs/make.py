@@ -23,6 +23,8 @@ import stubs
 import gonio as gn
 from gonio.base.light import Light
 from gonio.declared import discover
+from gonio.declared.contents import Folder
+from gonio.declared.namespace import namespaces
 from gonio.facts.format_table import as_page, format_table
 from gonio.formats import formats
 from gonio.formula.maskings import MASKINGS
@@ -53,7 +55,25 @@ def laws() -> str:
     return "\n".join(lines) + "\n"
 
 
+def contents() -> str:
+    """All public names on one screen."""
+    modules = {name: module for name, module in namespaces() if "." not in name}
+    lists = [name for name in gn.__all__ if isinstance(getattr(gn, name), Folder)]
+    classes = [name for name in gn.__all__ if isinstance(getattr(gn, name), type)]
+    kinds = model_pages.kinds() | {"Lights": discover.classes("gonio.lights", Light)}
+    rows = [("every day", [n for n in gn.__all__ if n not in (*modules, *lists, *classes, "errors")])]
+    rows += [(f"`gn.{name}`", module.__all__) for name, module in modules.items()]
+    rows += [(title, list(of)) for title, of in kinds.items()]
+    left = {*classes} - {name for _, of in rows for name in of}
+    rows += [("other classes", sorted(left)), ("lists, and modules", [*lists, "errors"])]
+    cells = (
+        f"| {title} | {', '.join(f'`{name}`' for name in sorted(names, key=str.lower))} |" for title, names in rows
+    )
+    return "\n".join(["| | |", "|---|---|", *cells]) + "\n"
+
+
 BLOCKS: dict[str, tuple[Path, Callable[[], str]]] = {
+    "contents": (DOCS / "conventions.md", contents),
     "counts": (DOCS.parent / "README.md", counts),
     "laws": (DOCS / "check.md", laws),
     "shapes": (DOCS / "light.md", light_page.shapes),

@@ -43,20 +43,9 @@ _CLASSES = {
 globals().update(_CLASSES)
 
 _NAMESPACES = (
-    *(
-        "colour",
-        "directions",
-        "distributions",
-        "engine",
-        "figures",
-        "fitting",
-        "formats",
-        "lights",
-        "models",
-        "planning",
-    ),
-    *("polarization", "radiometry", "reconstruction", "remote_sensing", "repair", "results", "scenes", "spectra"),
-    *("surfaces", "tables"),
+    *("colour", "directions", "distributions", "engine", "figures", "fitting", "formats", "lights", "models"),
+    *("planning", "polarization", "radiometry", "reconstruction", "remote_sensing", "repair", "results", "scenes"),
+    *("spectra", "surfaces", "tables"),
 )
 _ON_USE = dict.fromkeys(_NAMESPACES, "") | {
     "Cone": "integrals.cones",

@@ -143,7 +143,7 @@ def test_declared_numbers_are_interpolated_along_wavelength():
     assert m.at([500.0, 600.0]) == m
     one = m.at(550.0)
     assert one.channels is None and one.wavelengths is None and one.fresnel.k == 4.0
-    for wrong, message in ((m, "nothing is extrapolated"), (gn.material("gold"), r"gn\.upsampled")):
+    for wrong, message in ((m, "nothing is extrapolated"), (gn.material("gold"), r"gn\.spectra\.upsampled")):
         with pytest.raises(ParameterError, match=message):
             wrong.at([450.0, 550.0])
 
@@ -174,7 +174,7 @@ def test_tables_are_interpolated_along_wavelength(make):
     assert m.at(600.0).channels is None and m.at(600.0).f(wi, wo) * np.pi == pytest.approx(0.25, rel=1e-6)
     with pytest.raises(ParameterError, match="nothing is extrapolated"):
         m.at(399.0)
-    with pytest.raises(ParameterError, match=r"gn\.upsampled"):
+    with pytest.raises(ParameterError, match=r"gn\.spectra\.upsampled"):
         make(gn.Lambertian([0.1, 0.3, 0.2])).at(500.0)
 
 

@@ -56,15 +56,14 @@ def own_names(attributes: Mapping[str, Any], *others: str) -> tuple[list[str], C
     return names, lambda: names
 
 
-def namespaces() -> Iterator[tuple[str, ModuleType]]:
+def namespaces(inside: str = "") -> Iterator[tuple[str, ModuleType]]:
     """Public modules by their places: `fitting`, `radiometry.roughness`; `__all__` says what they hold."""
-    waiting = [("", sys.modules[PACKAGE])]
-    while waiting:
-        place, module = waiting.pop()
-        if place:
-            yield place, module
-        values = ((f"{place}.{name}".lstrip("."), getattr(module, name)) for name in module.__all__)
-        waiting += [(p, x) for p, x in values if isinstance(x, ModuleType) and hasattr(x, "__all__")]
+    module = sys.modules[f"{PACKAGE}.{inside}".rstrip(".")]
+    for name in module.__all__:
+        value, place = getattr(module, name), f"{inside}.{name}".lstrip(".")
+        if isinstance(value, ModuleType) and hasattr(value, "__all__"):
+            yield place, value
+            yield from namespaces(place)
 
 
 def places_of(name: str) -> Iterator[str]:
