@@ -69,7 +69,7 @@ def test_albedos_keep_axes():
     blue = gn.remote_sensing.blue_sky_albedo(matte, SUN, xarray.DataArray([0.0, 1.0], dims="x"))
     assert blue.dims == black.dims
     np.testing.assert_allclose(blue, black, rtol=1e-4)
-    both = gn.albedo(matte, gn.direction(SUN, 0.0), with_error=True)
+    both = gn.albedo(matte, gn.direction(SUN, 0.0), return_error=True)
     xarray.testing.assert_allclose(both.value, black)
     assert both.error.dims == ("time", "y", "x")
     to_all = gn.reflectance(matte, gn.Cone(UP, 0.1), gn.Hemisphere())

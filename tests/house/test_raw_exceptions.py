@@ -113,7 +113,7 @@ TABLE = [
     # numbers and words
     ("gn.albedo(matte, up, 'fine')", "albedo(tolerance='fine'): expected a number"),
     ("gn.albedo(matte, up, 0.0)", "albedo(tolerance=0.0): expected a number from 1e-13 below 1"),
-    ("gn.albedo(matte, up, with_error='yes')", "albedo(with_error='yes'): expected True or False"),
+    ("gn.albedo(matte, up, return_error='yes')", "albedo(return_error='yes'): expected True or False"),
     ("gn.render(matte, sun, size=1e3)", "render(size=1000.0): expected a whole number"),
     ("gn.render(matte, sun, shape=3)", "render(shape=3): expected a word"),
     ("gn.render(matte, sun, size=4, progress=1)", "render(progress=1): expected a function"),

@@ -56,7 +56,7 @@ def test_several_lights_add_up_each_with_its_spectrum():
     sun, lamp = gn.DistantLight(UP, VIOLET), gn.SphereLight([0.0, 0.5, 2.0], 0.5, [0.5, 0.0, 2.0])
     both = factor([sun, lamp])
     np.testing.assert_allclose(both, D @ (VIOLET + gn.irradiance(lamp)), rtol=1e-3)
-    found = gn.reflected_radiance(INK, [sun, lamp], UP, with_error=True)
+    found = gn.reflected_radiance(INK, [sun, lamp], UP, return_error=True)
     np.testing.assert_allclose(PI * found.value, both, rtol=1e-2)
 
 
@@ -78,7 +78,7 @@ def test_energy_that_leaves_again_is_not_absorbed():
     found = gn.fate(INK, gn.direction([0.0, 1.0], 0.0))
     np.testing.assert_allclose(found.reflected, [D.sum(axis=0)] * 2, atol=1e-4)
     np.testing.assert_allclose(found.absorbed, [1.0 - D.sum(axis=0)] * 2, atol=1e-4)
-    absorbed = gn.absorptance(INK, UP, with_error=True)
+    absorbed = gn.absorptance(INK, UP, return_error=True)
     np.testing.assert_allclose(absorbed.value, 1.0 - D.sum(axis=0), atol=1e-4)
 
 

@@ -89,7 +89,7 @@ def test_albedo_of_facets(kind, alpha):
     made, sides = FACETS[kind]
     m, some = made(alpha), ANGLES[int(1e3 * alpha) % 2 :: 2]
     w = on_sphere(np.radians(some), 0.7)
-    found = gn.albedo(m, w, with_error=True)
+    found = gn.albedo(m, w, return_error=True)
     expected = [by_half_vectors(m, x, alpha, sides) for x in w]
     np.testing.assert_allclose(found.value, expected, rtol=0.0, atol=1e-4 + 4e-5)  # the second: of `expected`
     assert found.error.shape == (len(w),)
@@ -114,10 +114,10 @@ def test_albedo_of_narrow_lobes(facets):
     m = gn.Microfacet(facets, NARROW_METAL, masking)
     w = on_sphere(np.radians([0.0, 40.0, 75.0, 88.0, 89.3]), [0.1, 0.7, 2.0, -1.0, 1.57])
     expected = [by_half_vectors(m, x, facets.alpha_x, across=facets.alpha_y) for x in w]
-    found = gn.albedo(m, w, with_error=True)
+    found = gn.albedo(m, w, return_error=True)
     np.testing.assert_allclose(found.value, expected, rtol=0.0, atol=1e-4)
     assert (found.error <= 1e-4).all()
-    fine = gn.albedo(m, w, 1e-7, with_error=True)
+    fine = gn.albedo(m, w, 1e-7, return_error=True)
     np.testing.assert_allclose(fine.value, expected, rtol=0.0, atol=3e-5)
     assert (np.abs(found.value - fine.value) <= found.error + fine.error + 1e-9).all()
 
@@ -141,9 +141,9 @@ def test_estimates_of_rules_see_what_waves_hide():
     for facets in (gn.GGX(0.003, 0.29), gn.GGX(0.17, 0.79), gn.Beckmann(0.5, 0.01), gn.GGX(0.9)):
         m = gn.Microfacet(facets, 1.0, "separable")
         w = on_sphere(np.radians([0.0, 7.95, 61.0, 86.0, 89.95]), [0.0, 0.3, 1.0, 2.0, 0.7])
-        fine = gn.albedo(m, w, 1e-8, with_error=True)
+        fine = gn.albedo(m, w, 1e-8, return_error=True)
         for tolerance in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
-            found = gn.albedo(m, w, tolerance, with_error=True)
+            found = gn.albedo(m, w, tolerance, return_error=True)
             error = np.abs(found.value - fine.value)
             assert (error <= found.error + fine.error).all()
             assert (found.error <= tolerance).all()
@@ -168,8 +168,8 @@ def test_albedo_in_closed_form(tolerance):
     """GGX(1), F = 1: 1 - mu ln((1 + mu)/mu), and separable 2 (1 - ln 2)/(1 + mu); at grazing too."""
     theta = np.radians([0.0, 45.0, 80.0, 89.0, 89.9, 89.99])
     w, mu = on_sphere(theta, 0.3), np.cos(theta)
-    correlated = gn.albedo(gn.Microfacet(gn.GGX(1.0)), w, tolerance, with_error=True)
-    separable = gn.albedo(gn.Microfacet(gn.GGX(1.0), masking="separable"), w, tolerance, with_error=True)
+    correlated = gn.albedo(gn.Microfacet(gn.GGX(1.0)), w, tolerance, return_error=True)
+    separable = gn.albedo(gn.Microfacet(gn.GGX(1.0), masking="separable"), w, tolerance, return_error=True)
     for found, exact in (
         (correlated, 1.0 - mu * np.log((1.0 + mu) / mu)),
         (separable, 2.0 * (1.0 - math.log(2.0)) / (1.0 + mu)),
@@ -184,7 +184,7 @@ def test_albedo_in_closed_form(tolerance):
 def test_the_estimate_covers_the_error(draw):
     m = draw.material()
     w = on_sphere(np.radians([0.0, 35.0, 70.0, 86.0, 89.9]), [0.0, 0.5, 1.0, -2.0, 3.0])
-    rough, fine = gn.albedo(m, w, 1e-3, with_error=True), gn.albedo(m, w, 1e-5, with_error=True)
+    rough, fine = gn.albedo(m, w, 1e-3, return_error=True), gn.albedo(m, w, 1e-5, return_error=True)
     error = np.abs(rough.value - fine.value) - fine.error - 1e-6
     assert (error <= 1e-3 * np.maximum(fine.value, 1.0)).all()
     assert (error <= rough.error).all()
@@ -202,7 +202,7 @@ def test_the_estimate_covers_the_error(draw):
 def test_albedo_at_the_bounds_of_parameters(model, structures):
     w = on_sphere([0.0, 1.0, GRAZING], 0.4)
     for m in at_bounds(model, structures):
-        found = gn.albedo(m, w, with_error=True)
+        found = gn.albedo(m, w, return_error=True)
         assert np.isfinite(found.value).all()
         assert (found.error <= 1e-4 * np.maximum(found.value, 1.0)).all()
 
@@ -210,22 +210,22 @@ def test_albedo_at_the_bounds_of_parameters(model, structures):
 def test_albedo_shapes_and_dtypes():
     m = gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.2), gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3]))
     w = on_sphere(np.radians([[5.0, 50.0, 80.0]]), 0.1)
-    found = gn.albedo(m, w, with_error=True)
+    found = gn.albedo(m, w, return_error=True)
     assert found.value.shape == (1, 3, 3)
     assert found.error.shape == (1, 3)
-    single = gn.albedo(m, w.astype(np.float32), with_error=True)
+    single = gn.albedo(m, w.astype(np.float32), return_error=True)
     assert single.value.dtype == np.float32
     np.testing.assert_allclose(single.value, found.value, atol=2e-6)
     assert gn.albedo(gn.Lambertian(0.3), w[0, 0]).shape == ()
     assert gn.albedo(m, np.zeros((0, 3))).shape == (0, 3)
-    assert np.isscalar(gn.albedo(m, w[0, 0], with_error=True).error)
+    assert np.isscalar(gn.albedo(m, w[0, 0], return_error=True).error)
 
 
 def test_albedo_of_a_direction_without_numbers():
     m = gn.Microfacet(gn.GGX(0.2))
     w = on_sphere([0.3, 1.0, 2.0], 0.0)
     w[0] = np.nan
-    found = gn.albedo(m, w, with_error=True)
+    found = gn.albedo(m, w, return_error=True)
     assert np.isnan(found.value[0])
     assert found.value[1] == gn.albedo(m, w[1])
     assert found.value[2] == 0.0
@@ -272,7 +272,7 @@ def test_channels_of_what_transmits_are_those_of_what_reflects():
         np.testing.assert_allclose(call(m, [0.0, 0.0, 1.0]), [0.1] * 3, atol=1e-4)
     for call in (gn.remote_sensing.white_sky_albedo, gn.reflectance):
         np.testing.assert_allclose(call(m), [0.1] * 3, atol=1e-4)
-    assert gn.reflectance(gn.DiffuseTransmission([[0.2], [0.3]]), with_error=True).error.shape == (2,)
+    assert gn.reflectance(gn.DiffuseTransmission([[0.2], [0.3]]), return_error=True).error.shape == (2,)
 
 
 # Many polar angles.
@@ -292,7 +292,7 @@ def test_many_angles_are_integrated_as_each_alone(m, monkeypatch):
     for call in (gn.albedo,) if m.sides == "front" else (gn.albedo, gn.transmittance):
         each = call(m, w, 1e-4)
         monkeypatch.setattr(by_polar_angle, "ALONE", 3)
-        found = call(m, w, 1e-4, with_error=True)
+        found = call(m, w, 1e-4, return_error=True)
         monkeypatch.undo()
         off = np.abs(found.value - each).reshape(len(w), -1).max(axis=-1)
         assert (off <= 1e-4 * np.maximum(1.0, each.reshape(len(w), -1).max(axis=-1))).all()
@@ -402,7 +402,7 @@ def test_albedo_of_many_channels(channels, masking):
 def test_a_tolerance_that_is_not_reached_is_said(monkeypatch):
     monkeypatch.setattr(quadrature, "STAGES", ((8, 8), (4, 8)))
     with pytest.warns(ToleranceWarning, match=r"1 of 1 integrals may be up to 0\.\d"):
-        found = gn.albedo(gn.Microfacet(gn.GGX(0.1)), on_sphere(1.5, 0.0), 1e-9, with_error=True)
+        found = gn.albedo(gn.Microfacet(gn.GGX(0.1)), on_sphere(1.5, 0.0), 1e-9, return_error=True)
     assert found.error > 1e-9
     with pytest.warns(ToleranceWarning):
         gn.reflectance(gn.Microfacet(gn.GGX(0.1)), on_sphere(0.7, 0.0), Cone((-1, 0, 1), 0.3), tolerance=1e-9)
@@ -602,7 +602,7 @@ def test_all_nine_of_a_lambertian_surface(tolerance):
 def test_white_sky_albedo_in_closed_form(masking, average):
     """0.4091370926 and 0.3766346112: GGX(1) with F = 1."""
     m = gn.Microfacet(gn.GGX(1.0), masking=masking)
-    found = gn.reflectance(m, SKY, SKY, with_error=True)
+    found = gn.reflectance(m, SKY, SKY, return_error=True)
     assert abs(found.value - average) <= found.error <= 1e-4
     assert gn.remote_sensing.white_sky_albedo(m, tolerance=1e-6) == pytest.approx(average, abs=1e-6)
 
@@ -684,7 +684,7 @@ def pairs_of_geometries():
 @pytest.mark.parametrize(("incident", "collected", "tolerance", "nodes"), [*pairs_of_geometries()])
 def test_by_brute_force(incident, collected, tolerance, nodes):
     m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.5, 0.9), gn.Dielectric(1.5))
-    found = gn.reflectance_factor(m, incident, collected, tolerance=tolerance, with_error=True)
+    found = gn.reflectance_factor(m, incident, collected, tolerance=tolerance, return_error=True)
     assert found.value == pytest.approx(brute(m, incident, collected, nodes), rel=3e-3)
     assert found.error <= tolerance
 
@@ -700,8 +700,8 @@ def test_by_brute_force(incident, collected, tolerance, nodes):
     ],
 )
 def test_reciprocity(m, pair):
-    there = gn.reflectance_factor(m, *pair, tolerance=1e-3, with_error=True)
-    back = gn.reflectance_factor(m, *pair[::-1], tolerance=1e-3, with_error=True)
+    there = gn.reflectance_factor(m, *pair, tolerance=1e-3, return_error=True)
+    back = gn.reflectance_factor(m, *pair[::-1], tolerance=1e-3, return_error=True)
     np.testing.assert_allclose(there.value, back.value, atol=float(np.max(there.error + back.error)) + 1e-12)
 
 
@@ -892,7 +892,7 @@ def test_an_environment_map(incident, collected):
     w, _ = gn.radiometry.latlong_pixels(32, 64)
     picture = gn.EnvironmentLight(gradient(w))
     m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.4))
-    found = gn.reflectance_factor(m, incident, collected, sky=picture, tolerance=2e-3, with_error=True)
+    found = gn.reflectance_factor(m, incident, collected, sky=picture, tolerance=2e-3, return_error=True)
     smooth = gn.reflectance_factor(m, incident, collected, sky=gn.FunctionLight(gradient))
     assert found.value == pytest.approx(smooth, rel=6e-3)
     assert found.error <= 2e-3

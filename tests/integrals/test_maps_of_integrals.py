@@ -48,7 +48,7 @@ def test_a_map_is_its_places(name: str) -> None:
     """Of a sum of a kernel model (in shares of its kernels), of a lobe without a map, and of a mirror."""
     integral = INTEGRALS[name]
     m = 0.5 * ross_li(4, 30, 2) + random(30, 1) * gn.Lambertian(0.3) + gn.IdealSpecular(0.1)
-    found = integral(m, with_error=True)
+    found = integral(m, return_error=True)
     assert found.value.shape == (4, 30, 2) and found.error.shape == (4, 30)
     for place in ((0, 0), (1, 7), (3, 29)):
         one = 0.5 * at(m.terms[0].of, *place) + float(m.terms[1].weight[place[1], 0]) * gn.Lambertian(0.3)
@@ -82,7 +82,7 @@ def test_few_places_are_integrated(monkeypatch: pytest.MonkeyPatch) -> None:
     assert sum(counts) == 3
     counts.clear()
     m = gn.RPV(random(1000, 1, low=0.05, high=0.4), random(1000, 1, low=0.6, high=1.1, seed=1), rho_c=0.9)
-    found = gn.albedo(m, SUN, with_error=True)
+    found = gn.albedo(m, SUN, return_error=True)
     assert sum(counts) < 400
     assert (found.error <= 1e-4 * np.maximum(1.0, found.value[..., 0])).all()
     for k in (0, 1, 500, int(m.k.argmin()), int(m.k.argmax())):
@@ -93,7 +93,7 @@ def test_a_place_unlike_the_others_is_integrated_by_itself() -> None:
     alpha = random(2000, 1, low=0.3, high=0.5)
     alpha[700], alpha[701] = 0.02, 0.025
     m = gn.Microfacet(gn.GGX(alpha), gn.Schlick(0.5))
-    found = gn.albedo(m, SUN, with_error=True)
+    found = gn.albedo(m, SUN, return_error=True)
     for k in (0, 700, 701):
         assert found.value[k] == pytest.approx(gn.albedo(at(m, k), SUN), abs=1e-4)
     assert (found.error <= 1e-4).all()
@@ -110,7 +110,7 @@ def test_missing_places_stay_missing(count: int) -> None:
             (gn.albedo(m, SUN), gn.remote_sensing.white_sky_albedo(m)) if count < 100 else (gn.albedo(m, SUN),)
         ):
             assert (np.isnan(integral) == np.ma.getmaskarray(w)).all()
-        error = gn.albedo(m, SUN, with_error=True).error
+        error = gn.albedo(m, SUN, return_error=True).error
         assert np.isfinite(error).all()
 
 
@@ -157,7 +157,7 @@ def test_every_model(name: str) -> None:
         return np.clip(numbers, field.low, field.high)
 
     m = MODELS[name]().rebuilt(mapped)
-    found = gn.albedo(m, SUN, with_error=True)
+    found = gn.albedo(m, SUN, return_error=True)
     for k in rng.choice(count, 8):
         expected = np.asarray(gn.albedo(at(m, k), SUN, 1e-8)).reshape(-1)
         assert np.abs(found.value[k] - expected).max() <= max(found.error[k], 1e-6)

@@ -350,12 +350,12 @@ def test_errors_are_standard_errors(samples):
     """Over many places the true error is within three of them, and not far below."""
     m, light = gn.Microfacet(gn.GGX(0.2), 1.0), EXAMPLES["gray environment"]
     wo = gn.direction(np.linspace(0.0, 1.4, 60), np.linspace(0.0, 6.0, 60))
-    found = gn.reflected_radiance(m, light, wo, samples=1024, with_error=True)
+    found = gn.reflected_radiance(m, light, wo, samples=1024, return_error=True)
     exact = gn.reflected_radiance(m, light, wo, samples=samples)
     off = np.abs(found.value - exact) / found.error
     assert np.mean(off < 3.0) > 0.95
     assert np.median(off) > 0.2
-    exact = gn.reflected_radiance(gn.Lambertian(0.5), EXAMPLES["disk"], wo, with_error=True)
+    exact = gn.reflected_radiance(gn.Lambertian(0.5), EXAMPLES["disk"], wo, return_error=True)
     assert not exact.error.any()
 
 

@@ -446,7 +446,7 @@ def test_no_data_has_no_uncertainty():
     ("call", "words"),
     [
         (lambda m: quote(gn.check, m), "not known to be linear"),
-        (lambda m: quote(gn.albedo, m, WI, with_error=True), "with_error=True"),
+        (lambda m: quote(gn.albedo, m, WI, return_error=True), "return_error=True"),
         (lambda m: quote(gn.reflectance, m, gn.Hemisphere(), gn.Hemisphere(), gn.ConstantLight(1.0)), "sky"),
         (lambda m: quote(gn.albedo, m, WI, correlation="systematic"), "expected one of 'independent'"),
         (lambda m: quote(gn.albedo, m, WI, correlation=-1.0), "expected a number that is 0"),

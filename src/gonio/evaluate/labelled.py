@@ -185,7 +185,7 @@ def _with_numbers(m: Parametrised, values: dict[str, np.ndarray]) -> Parametrise
 def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[str] = (VALUE,)) -> Callable[[F], F]:
     """Decorates a function: arguments of these names, directions (..., 3) and angles, may be arrays of xarray, pandas
     and Dask, and so may the parameters of the material `m`, if it takes one. `kinds`: of its results; with
-    `with_error=True` it returns an error besides."""
+    `return_error=True` it returns an error besides."""
 
     def decorated(function: F) -> F:
         parameters = signature(function)
@@ -216,8 +216,8 @@ def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[s
                 kind.append(type(result))
                 return result if isinstance(result, tuple) else [result]
 
-            with_error = bound.arguments.get("error")  # not checked yet
-            several = (*kinds, SCALAR) if isinstance(with_error, (bool, np.bool_)) and with_error else kinds
+            return_error = bound.arguments.get("error")  # not checked yet
+            several = (*kinds, SCALAR) if isinstance(return_error, (bool, np.bool_)) and return_error else kinds
             results = call(compute, several, m, inputs, [widths[names.index(name)] for name in given])
             if len(results) == 1:
                 return results[0]

@@ -16,24 +16,24 @@ from ..declared.arguments import Declared, checked
 from ..errors import ParameterError, ShapeError, shown
 from ..evaluate.labelled import takes_labels
 from . import by_arrays
-from .asked import Azimuth, Incidence, Tolerance, WithError, Zenith
+from .asked import Azimuth, Incidence, ReturnError, Tolerance, Zenith
 from .nine import kept_reflectance
 from .over_hemisphere import integrate
 
 
 @takes_labels("wi")
 @checked
-def albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, with_error: WithError = False) -> Any:
+def albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, return_error: ReturnError = False) -> Any:
     """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
 
     rho(wi) = integral of f(wi, wo) cos(theta_o) dwo, delta lobes included exactly. Light that fluorescence sends out at
     another wavelength is not in f: a FluorescenceWarning says so. Under light of a spectrum E it is in the albedo of
     `m.under(E)`, and without one in `photon_albedo` and `fate`.
 
-    Shapes   wi: (..., 3) NumPy array; result (...[, C]), or with `with_error` an `Integral` of it and (...).
+    Shapes   wi: (..., 3) NumPy array; result (...[, C]), or with `return_error` an `Integral` of it and (...).
     Units    1.
     Error    at most `tolerance`, absolute (relative where the result is above 1), or a ToleranceWarning that says what
-             was reached. `with_error=True` returns the estimate too, typically 10 times the error, rarely below it.
+             was reached. `return_error=True` returns the estimate too, typically 10 times the error, rarely below it.
              Computed in double precision. Of 5760 albedos of GGX, Beckmann and StudentT facets, alpha from 0.001 to 1
              along either axis, at 0 to 89.99 degrees, none was off by more than 6e-5 for 1e-4 (`half_vectors.py`).
              Of many polar angles of an isotropic lobe some are integrated and the others lie between them, to the same
@@ -51,21 +51,21 @@ def albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, with_erro
     [0.3396 0.4903]
     """
     warn_of_reradiation(m, "gn.photon_albedo(m, wi)")
-    return kept_albedo(m, wi, tolerance, with_error)
+    return kept_albedo(m, wi, tolerance, return_error)
 
 
 @takes_labels("wi")
-def kept_albedo(m: Reflectance, wi: Any, tolerance: float, with_error: bool = False) -> Any:
+def kept_albedo(m: Reflectance, wi: Any, tolerance: float, return_error: bool = False) -> Any:
     """The albedo of f: of fluorescence without the light that leaves at another wavelength."""
     lib, (wi,) = ops.as_arrays(wi)
     if lib.name in ("torch", "jax"):
-        if with_error:
-            raise ParameterError(f"albedo(with_error=True): expected NumPy directions; got {lib.name}")
+        if return_error:
+            raise ParameterError(f"albedo(return_error=True): expected NumPy directions; got {lib.name}")
         if lib.shape(wi)[-1:] != (3,):
             raise ShapeError(f"albedo: got directions of shape {lib.shape(wi)}, expected (..., 3)")
         return by_arrays.albedo(m, wi, by_arrays.DEFAULT)
     found = integrate(m, wi, tolerance)
-    return found if with_error else found.value
+    return found if return_error else found.value
 
 
 @takes_labels(angles=("theta_s", "phi_s"))

@@ -14,4 +14,4 @@ Azimuth = Annotated[Any, Declared("azimuth of the sun", -2.0 * math.pi, 2.0 * ma
 Tolerance = Annotated[
     float, Declared("error of the result, absolute, relative where it is above 1", TIGHTEST, BELOW_ONE)
 ]
-WithError = Annotated[bool, Declared("its estimated error, too")]
+ReturnError = Annotated[bool, Declared("its estimated error, too")]

@@ -66,11 +66,14 @@ def fate(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4) -> Fate:
     return Fate(R, T, 1.0 - R - T)
 
 
-def leaving(m: Reflectance, wi: Any, tolerance: float, with_error: bool = False) -> Any:
+def leaving(m: Reflectance, wi: Any, tolerance: float, return_error: bool = False) -> Any:
     """The fractions of the energy of light from wi that leave to its side, at all wavelengths, and to the other one;
-    with `with_error` both as `Integral`."""
-    R, T = kept_albedo(m, wi, tolerance, with_error=with_error), transmittance(m, wi, tolerance, with_error=with_error)
+    with `return_error` both as `Integral`."""
+    R, T = (
+        kept_albedo(m, wi, tolerance, return_error=return_error),
+        transmittance(m, wi, tolerance, return_error=return_error),
+    )
     if not m.exchanges:
         return R, T
-    sent = reradiated_energy(m, wi, tolerance, with_error=with_error)
-    return Integral(R.value + sent.value, R.error + sent.error) if with_error else R + sent, T
+    sent = reradiated_energy(m, wi, tolerance, return_error=return_error)
+    return Integral(R.value + sent.value, R.error + sent.error) if return_error else R + sent, T

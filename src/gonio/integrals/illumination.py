@@ -50,7 +50,7 @@ def reflected_radiance(
     position: Any = (0.0, 0.0, 0.0),
     samples: int = 4096,
     tolerance: float = 1e-4,
-    with_error: bool = False,
+    return_error: bool = False,
 ) -> Any:
     """Radiance leaving towards wo under the given lights, without occlusion.
 
@@ -67,9 +67,9 @@ def reflected_radiance(
              times the light's scale, see `albedo`. Environment maps: multiple importance sampling with `samples`
              points per lobe and for the light: up to 6e-3 relative at 4096, 1e-3 at 16384. A delta light in a
              delta lobe contributes 0, by definition. Lambertian lobes under lights whose irradiance has a closed form:
-             rounding. PyTorch and JAX: `samples` points under all lights with extent. With `with_error` an `Integral`,
-             with the standard error (...), that of the channel with most: of lights that are sampled by the spread of
-             eight lattices of samples/8 points, each shifted at random; `tolerance` where that rules.
+             rounding. PyTorch and JAX: `samples` points under all lights with extent. With `return_error` an
+             `Integral`, with the standard error (...), that of the channel with most: of lights that are sampled by the
+             spread of eight lattices of samples/8 points, each shifted at random; `tolerance` where that rules.
     Source   Szeliski 2.83 to 2.85; lecture 4, eq. 4.10 and 4.11 (docs/equations.md). Balance heuristic: Veach &
              Guibas 1995.
 
@@ -114,13 +114,13 @@ def reflected_radiance(
         if rest is None:
             continue
         if lib.name != "numpy":
-            if with_error:
-                raise ArrayTypeError(f"reflected_radiance(with_error=True) takes NumPy arrays; got {lib.name}")
+            if return_error:
+                raise ArrayTypeError(f"reflected_radiance(return_error=True) takes NumPy arrays; got {lib.name}")
             parts.append(reflected(rest, light, local, local_wo, position, samples))
         elif light.can_sample:
-            several = [_sampled(rest, light, local, local_wo, position, u) for u in _points(samples, with_error)]
+            several = [_sampled(rest, light, local, local_wo, position, u) for u in _points(samples, return_error)]
             parts.append(np.mean(several, axis=0))
-            if with_error:
+            if return_error:
                 variance = variance + np.var(several, axis=0, ddof=1).max(axis=-1) / len(several)
         else:
             parts.append(_smooth(rest, light, local, local_wo, position, tolerance))
@@ -133,7 +133,7 @@ def reflected_radiance(
         total = with_holes(total, m)  # integrals count NaN as 0
     channels = m.channels is not None or have_channels(lights) or total.shape[-1] > 1
     total = total if channels else total[..., 0][()]
-    return Integral(total, np.sqrt(variance)[()]) if with_error else total
+    return Integral(total, np.sqrt(variance)[()]) if return_error else total
 
 
 _UP = np.array([[0.0, 0.0, 1.0]])
@@ -157,12 +157,12 @@ def _of_lambertian(weight: Any, lobe: Reflectance, wo: Any) -> Any:
     return with_channels((weight * lobe).f(up, wo), wo.ndim - 1)
 
 
-def _points(samples: int, with_error: bool) -> list[np.ndarray]:
+def _points(samples: int, return_error: bool) -> list[np.ndarray]:
     """One lattice, or eight that are shifted at random."""
-    if not with_error:
+    if not return_error:
         return [lattice(samples)]
     if samples < 8:
-        raise ParameterError(f"reflected_radiance(samples={samples}, with_error=True): expected at least 8 samples")
+        raise ParameterError(f"reflected_radiance(samples={samples}, return_error=True): expected at least 8 samples")
     shifts = np.random.default_rng(0).random((8, 1, 2))
     return [(lattice(samples // 8) + shift) % 1.0 for shift in shifts]
 

@@ -36,7 +36,7 @@ def reflectance(
     collected: Any = Hemisphere(),  # noqa: B008  (a value without state)
     sky: Light | Iterable[Light] | None = None,
     tolerance: float = 1e-4,
-    with_error: bool = False,
+    return_error: bool = False,
 ) -> Any:
     """Flux collected over flux that arrives, each in a direction, a cone or the hemisphere.
 
@@ -55,7 +55,7 @@ def reflectance(
     A single direction collects infinitely little: the other three cases (1, 4, 7) are reflectance factors, see
     `reflectance_factor`.
 
-    Shapes   directions: (..., 3) NumPy arrays; result (...[, C]), or with `with_error` an `Integral` of it and (...).
+    Shapes   directions: (..., 3) NumPy arrays; result (...[, C]), or with `return_error` an `Integral` of it and (...).
     Units    1.
     Error    at most `tolerance` times Omega_o/pi (relative where the reflectance factor is above 1), so that small
              cones keep their digits, or a ToleranceWarning. Delta lobes and environment maps: `reflectance_factor`.
@@ -75,7 +75,7 @@ def reflectance(
         )
     R = _factor(_lit(m, sky), incident, to, sky, tolerance)
     share = to.projected / math.pi
-    return Integral(R.value * share, R.error * share) if with_error else R.value * share
+    return Integral(R.value * share, R.error * share) if return_error else R.value * share
 
 
 @takes_labels()
@@ -86,7 +86,7 @@ def reflectance_factor(
     collected: Any = Hemisphere(),  # noqa: B008  (a value without state)
     sky: Light | Iterable[Light] | None = None,
     tolerance: float = 1e-4,
-    with_error: bool = False,
+    return_error: bool = False,
 ) -> Any:
     """Flux collected over that from an ideal white Lambertian surface in its place; all nine cases.
 
@@ -103,8 +103,8 @@ def reflectance_factor(
     Row by row these are cases 1 to 9 of Schaepman-Strub et al. R of a white Lambertian surface is 1, of a mirror in
     small cones it exceeds 1 by far. For a whole hemisphere collected R is the reflectance.
 
-    Shapes   directions: (..., 3) NumPy arrays that broadcast; result (...[, C]), or with `with_error` an `Integral` of
-             it and (...).
+    Shapes   directions: (..., 3) NumPy arrays that broadcast; result (...[, C]), or with `return_error` an `Integral`
+             of it and (...).
     Units    1.
     Error    at most `tolerance`, absolute (relative where R is above 1), or a ToleranceWarning. Delta lobes are exact,
              but for the integral of their reflectance over a cone; from a direction to a direction they contribute 0,
@@ -120,7 +120,7 @@ def reflectance_factor(
     0.3396
     """
     R = _factor(_lit(m, sky), incident, _geometry("collected", collected), sky, tolerance)
-    return R if with_error else R.value
+    return R if return_error else R.value
 
 
 def _lit(m: Reflectance, sky: Any) -> Reflectance:

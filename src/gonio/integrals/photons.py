@@ -14,19 +14,19 @@ from ..evaluate.labelled import takes_labels
 from ..formula.direction import Direction
 from ..formula.fields import param
 from .albedo import kept_albedo
-from .asked import Incidence, Tolerance, WithError
+from .asked import Incidence, ReturnError, Tolerance
 from .over_hemisphere import Integral, directions, integrate
 
 
 @checked
-def photon_albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, with_error: WithError = False) -> Any:
+def photon_albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, return_error: ReturnError = False) -> Any:
     """Photons that leave, to all sides and at all wavelengths, over photons that arrive from wi, by wavelength.
 
     N(wi)_i = sum_o (lambda_o/lambda_i) integral of F[o, i](wi, wo) cos(theta_o) dwo: a photon's energy is hc/lambda.
     Of a material that does not fluoresce it is the albedo. Fluorescence may send back more light of a wavelength than
     arrives, but never more photons: above 1 this is no matter that absorbs one photon for each that it sends out.
 
-    Shapes   wi: (..., 3) NumPy array; result (..., C), or with `with_error` an `Integral` of it and (..., C).
+    Shapes   wi: (..., 3) NumPy array; result (..., C), or with `return_error` an `Integral` of it and (..., C).
     Units    1.
     Error    at most `tolerance`, as for `gn.albedo`.
     Raises   ParameterError for a material that fluoresces, and transmits light or does not know its wavelengths.
@@ -38,7 +38,7 @@ def photon_albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, wi
     [0.6125 0.6   ]
     """
     found = integrate(counted(m) if m.fluoresces else m, wi, tolerance)
-    return found if with_error else found.value
+    return found if return_error else found.value
 
 
 def counted(m: Reflectance) -> Reflectance:
@@ -57,14 +57,14 @@ def counted(m: Reflectance) -> Reflectance:
 
 
 @takes_labels("wi")
-def reradiated_energy(m: Reflectance, wi: Any, tolerance: float, with_error: bool) -> Any:
+def reradiated_energy(m: Reflectance, wi: Any, tolerance: float, return_error: bool) -> Any:
     """The energy that is re-radiated, at all wavelengths together, over that of light from wi, by its wavelength: 0 of
     light from behind."""
     wi = directions(wi, True)
     in_front = np.where(wi[..., 2:] > 0.0, wi, [0.0, 0.0, 1.0]).astype(wi.dtype)
     R = integrate(_Leaving(of=m, worth=1.0).sent(), in_front, tolerance)
     value = np.where(wi[..., 2:] > 0.0, R.value, 0.0)
-    return Integral(value, R.error) if with_error else value
+    return Integral(value, R.error) if return_error else value
 
 
 def exchanged_in_words(m: Reflectance) -> str:

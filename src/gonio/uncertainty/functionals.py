@@ -69,10 +69,10 @@ def pointwise(wi: Any, wo: Any, out: Any = None, uv: Any = None) -> Linear:
     return Linear(shape, False, pairs)
 
 
-def _factor(incident: Any, collected: Any, share: float = 1.0, sky: Any = None, with_error: bool = False) -> Linear:
+def _factor(incident: Any, collected: Any, share: float = 1.0, sky: Any = None, return_error: bool = False) -> Linear:
     """`share` times the reflectance factor pi/(Omega_i Omega_o) integral f."""
-    if with_error:
-        raise ParameterError("with_error=True: expected False; the error of quadrature is kept below u/10 here")
+    if return_error:
+        raise ParameterError("return_error=True: expected False; the error of quadrature is kept below u/10 here")
     if sky is not None:
         raise ParameterError("sky=...: first order knows uniform light only; take method='Monte Carlo'")
     sides = [x if isinstance(x, (Cone, Hemisphere)) else directions(x) for x in (incident, collected)]
@@ -98,10 +98,10 @@ def _factor(incident: Any, collected: Any, share: float = 1.0, sky: Any = None, 
     return Linear(shape, free > 0, pairs)
 
 
-def _reflectance(incident: Any, collected: Any, sky: Any, tolerance: float, with_error: bool) -> Linear:
+def _reflectance(incident: Any, collected: Any, sky: Any, tolerance: float, return_error: bool) -> Linear:
     # A direction that collects is refused by `reflectance` itself.
     share = collected.projected / math.pi if isinstance(collected, (Cone, Hemisphere)) else 1.0
-    return _factor(incident, collected, share, sky, with_error)
+    return _factor(incident, collected, share, sky, return_error)
 
 
 LINEAR: dict[Any, Callable[..., Linear]] = {
@@ -109,10 +109,10 @@ LINEAR: dict[Any, Callable[..., Linear]] = {
     Reflectance.f_angles: lambda theta_i, phi_i, theta_o, phi_o: pointwise(
         direction(theta_i, phi_i), direction(theta_o, phi_o)
     ),
-    albedo: lambda wi, tolerance, with_error: _factor(wi, Hemisphere(), with_error=with_error),
+    albedo: lambda wi, tolerance, return_error: _factor(wi, Hemisphere(), return_error=return_error),
     nine.reflectance: _reflectance,
-    nine.reflectance_factor: lambda incident, collected, sky, tolerance, with_error: _factor(
-        incident, collected, sky=sky, with_error=with_error
+    nine.reflectance_factor: lambda incident, collected, sky, tolerance, return_error: _factor(
+        incident, collected, sky=sky, return_error=return_error
     ),
     black_sky_albedo: lambda theta_s, phi_s, tolerance: _factor(
         direction(np.asarray(theta_s, dtype=float), np.asarray(phi_s, dtype=float)), Hemisphere()

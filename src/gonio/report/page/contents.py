@@ -137,7 +137,7 @@ def albedos(m: Reflectance) -> dict[str, Any]:
         is_formula = not isinstance(m, Measured)
         every = np.unique([*TABLE, *(CURVE if is_formula else ())])
         tolerance = TOLERANCE if is_formula else 1e-3
-        value, error = albedo(m, direction(np.radians(every), plane(m)), tolerance=tolerance, with_error=True)
+        value, error = albedo(m, direction(np.radians(every), plane(m)), tolerance=tolerance, return_error=True)
         value, at = with_channels(value, 1), np.searchsorted(every, theta)
         table |= {"values": value[at].tolist(), "u": {"integration": np.asarray(error)[at].tolist()}}
         table |= {"assumed": "", "method": f"adaptive integration to {tolerance:g}"}
