@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from types import ModuleType
@@ -64,6 +65,11 @@ class Folder(ModuleType):
 
     def __repr__(self) -> str:
         return f"<module {self.__name__!r}; {self.__name__}() lists what it holds>"
+
+    def __dir__(self) -> list[str]:
+        files = {file.name for file in pkgutil.iter_modules(self.__path__)}
+        own = {name for name, value in vars(self).items() if getattr(value, "__module__", "") == self.__name__}
+        return sorted(name for name in files | own if name[0] != "_")
 
     def __call__(self) -> Contents[Any]:
         listed: Contents[Any] = self.contents()
