@@ -2624,8 +2624,8 @@ class View(_View):
         up = (0.0, 0.0, 1.0)       what is upwards in the picture; three numbers
 
     Example
-    >>> print(gn.View.unwritten(), gn.Camera.unwritten())
-    ['ray'] []
+    >>> print(issubclass(gn.OrthographicCamera, gn.View))
+    True
     """
     def __init__(
         self,

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..base.reradiation import exchanges
 from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
 from .albedo import kept_albedo
@@ -70,7 +71,7 @@ def leaving(m: Reflectance, wi: Any, tolerance: float, error: bool = False) -> A
     """The fractions of the energy of light from wi that leave to its side, at all wavelengths, and to the other one;
     with `error` both as `Integral`."""
     R, T = kept_albedo(m, wi, tolerance, error=error), transmittance(m, wi, tolerance, error=error)
-    if not m.exchanges:
+    if not exchanges(m):
         return R, T
     sent = reradiated_energy(m, wi, tolerance, error=error)
     return Integral(R.value + sent.value, R.error + sent.error) if error else R + sent, T
