@@ -24,6 +24,8 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
+from gonio.formula import tree
+
 HERE = Path(__file__).resolve().parents[1]
 
 
@@ -65,7 +67,7 @@ def operations() -> dict[str, Any]:
             Task(kernels.value, ("value",), (3, 3), (leaves, ())),
         ):
             with contextlib.suppress(TraceError):
-                trace = traced(task, m, 3 if any(getattr(v, "ndim", 0) for v in m.leaves()) else None)
+                trace = traced(task, m, 3 if any(getattr(v, "ndim", 0) for v in tree.leaves(m)) else None)
                 graph, ends = fewer_choices(trace.graph, [n for nodes in trace.results for n in nodes])
                 start = time.process_time()
                 new, ends = fewer_operations(graph, ends, "float32", ())

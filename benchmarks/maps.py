@@ -17,6 +17,7 @@ import numpy as np
 from timing import machine
 
 import gonio as gn
+from gonio.formula import tree
 
 COUNT = 1_000_000
 ALONE = 20
@@ -52,7 +53,7 @@ def maps() -> dict[str, gn.Reflectance]:
 
 def at(m: gn.Reflectance, k: int) -> gn.Reflectance:
     """The material at one place."""
-    return m.each(lambda x: x[k] if np.ndim(x) > 1 else x)
+    return tree.each(m, lambda x: x[k] if np.ndim(x) > 1 else x)
 
 
 def timed(call: Callable[[], Any], rounds: int = 3) -> tuple[Any, float, float]:

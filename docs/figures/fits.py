@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import gonio as gn
+from gonio.formula import tree
 
 HERE = Path(__file__).resolve().parent
 
@@ -12,7 +13,9 @@ HERE = Path(__file__).resolve().parent
 def main() -> None:
     """Fit the model of the page to the example of the manual."""
     data = HERE.parents[1] / "examples" / "ptfe_in_plane.csv"
-    found = gn.fit(gn.load(data).with_notes(path=data.name), gn.Lambertian() + gn.Microfacet(gn.GGX(), gn.Schlick()))
+    found = gn.fit(
+        tree.with_notes(gn.load(data), path=data.name), gn.Lambertian() + gn.Microfacet(gn.GGX(), gn.Schlick())
+    )
     gn.figures.fit(found, HERE / "fit.jpg")
 
 

@@ -28,6 +28,7 @@ from .base.reflectance import Reflectance as Reflectance
 from .errors import FormatError as FormatError
 from .errors import ParameterError as ParameterError
 from .errors import ShapeError as ShapeError
+from .formula import tree as tree
 from .formula.classes import Array as Array
 from .formula.complex import Complex as Complex
 from .formula.direction import HORIZON as HORIZON

@@ -18,6 +18,7 @@ import gonio as gn
 from gonio.evaluate import planning
 from gonio.formats.merl import MERL
 from gonio.formats.rgl import RGL
+from gonio.formula import tree
 
 SIXTH = [model for model in MODELS if zlib.crc32(model.__name__.encode()) % 6 == 0]  # whatever is added beside them
 FEW = [Draw(model, 0) for model in dict.fromkeys([*SIXTH, gn.Microfacet, Sum])]  # a compilation takes seconds
@@ -135,7 +136,7 @@ def test_torch_gradients(torch, m):
     for wrap in (lambda f: f, lambda f: compiled(torch, f, "aot_eager")):
         values = torch_values(torch, m)
         a, b = wi.clone().requires_grad_(), wo.clone().requires_grad_()
-        f = wrap(lambda values, a, b: m.with_values(values).f(a, b))(values, a, b)
+        f = wrap(lambda values, a, b: tree.with_values(m, values).f(a, b))(values, a, b)
         found.append((f.detach(), *torch.autograd.grad(f.sum(), [*values.values(), a, b])))
     same(found[1], found[0], rtol=1e-12)
 
@@ -181,7 +182,9 @@ def test_torch_compiles_once_for_new_directions_and_for_other_batches(torch, mak
 def test_torch_compiles_once_for_new_tensors_as_parameters(torch):
     counter = counting(torch)
     wi, wo, _ = arrays(torch.from_numpy, "float32")
-    f = compiled(torch, lambda alpha, wi, wo: CONDUCTOR.with_values({"distribution.alpha_x": alpha}).f(wi, wo), counter)
+    f = compiled(
+        torch, lambda alpha, wi, wo: tree.with_values(CONDUCTOR, {"distribution.alpha_x": alpha}).f(wi, wo), counter
+    )
     for alpha in (0.2, 0.4):
         same(f(torch.tensor(alpha), wi, wo), CONDUCTOR.replace({"distribution.alpha_x": alpha}).f(wi, wo), rtol=2e-6)
     assert counter.frame_count == 1
@@ -318,7 +321,7 @@ def test_jax_gradients_and_batches(jax):
     wi, wo, _ = arrays(jax.numpy.asarray, "float64", 64)
 
     def total(eta, wi):
-        return TWO_LOBES.with_values({"1.of.fresnel.eta": eta}).f(wi, wo).sum()
+        return tree.with_values(TWO_LOBES, {"1.of.fresnel.eta": eta}).f(wi, wo).sum()
 
     by_eta, by_wi = jax.jit(jax.grad(total, argnums=(0, 1)))(1.5, wi)
     assert by_wi.shape == wi.shape

@@ -27,6 +27,7 @@ from gonio.arrays import Fixed, ops
 from gonio.base import kernels
 from gonio.evaluate import tracing
 from gonio.evaluate.interpret import evaluate
+from gonio.formula import tree
 from gonio.formula.table_warp import bracket
 from gonio.trace.derive import gradient
 from gonio.trace.graph import BINARY, COMPARISONS, LOGIC, UNARY, Graph
@@ -216,8 +217,8 @@ def test_formulas_are_made_of_these_operations(some):
     seen = set()
     for draw in some:
         m = draw.material(*draw.layouts)
-        channels = next((np.shape(v)[-1] for v in m.leaves() if np.ndim(v)), None)
-        leaves = tuple(range(sum(1 for _ in m.leaves())))
+        channels = next((np.shape(v)[-1] for v in tree.leaves(m) if np.ndim(v)), None)
+        leaves = tuple(range(sum(1 for _ in tree.leaves(m))))
         for task in (
             tracing.Task(kernels.value, ("value",), (3, 3)),
             tracing.Task(kernels.pdf, ("scalar",), (3, 3)),

@@ -13,6 +13,7 @@ from sweeps import each_draw
 import gonio as gn
 from gonio.base.channel_names import places
 from gonio.errors import MeaningWarning, NotFoundError, ParameterError
+from gonio.formula import tree
 from gonio.formula.json_form import from_json
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -20,7 +21,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 def channels_of_f(m: gn.Reflectance) -> int | None:
     """The length of the last axis of f, where a batch of one has one more axis than directions have."""
-    maps = max((np.ndim(v) - 1 for v in m.leaves()), default=0)
+    maps = max((np.ndim(v) - 1 for v in tree.leaves(m)), default=0)
     values = m.f(UP, UP)
     return values.shape[-1] if values.ndim > max(maps, 0) else None
 

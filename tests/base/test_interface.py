@@ -21,6 +21,7 @@ from gonio.base.reflectance import Scaled, Sum
 from gonio.catalogue.expressions import expression, read
 from gonio.declared import discover
 from gonio.errors import ArrayTypeError, Error, FormatError, NotFoundError, ParameterError, ShapeError
+from gonio.formula import tree
 from gonio.formula.fields import CLASSES
 from gonio.formula.json_form import from_json
 
@@ -387,7 +388,7 @@ def test_parameters_by_path():
 def test_every_parameter_can_be_replaced(draw):
     for m in (draw.material(), draw.material(3)):
         values = {path: p.value for path, p in m.parameters.items()}
-        fields = {path: field for path, field, _, _ in m.walk()}
+        fields = {path: field for path, field, _, _ in tree.walk(m)}
         assert m.replace(values) == m
         for path, p in m.parameters.items():
             assert np.all(np.asarray(p.value) >= p.low)

@@ -65,7 +65,7 @@ def wavelengths_are_a_part_of(m: gn.Reflectance, other: gn.Reflectance) -> None:
     assert m != other and m == copy.deepcopy(m)
     assert pickle.loads(pickle.dumps(m)) == m != pickle.loads(pickle.dumps(other))
     assert pickle.loads(pickle.dumps(m)).wavelengths.tolist() == [450.0, 550.0]
-    if m.has_text and "_Rayleigh" not in repr(m):
+    if m._has_text and "_Rayleigh" not in repr(m):
         assert from_json(json.loads(json.dumps(m.to_json()))) == m
         assert "550.0]" in repr(m) != repr(other)
         assert gn.expression(repr(m)) == m

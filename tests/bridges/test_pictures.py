@@ -10,6 +10,7 @@ from libraries import thinned
 
 import gonio as gn
 from gonio.errors import ArrayTypeError, ParameterError
+from gonio.formula import tree
 
 STUDIO = gn.EnvironmentLight.studio(height=32)
 LIGHTS = {
@@ -151,7 +152,7 @@ def test_jax_recovers_the_material_of_a_picture(jax):
 
     @jax.jit
     def residual(x: Any) -> Any:
-        m = GOAL.with_values({"0.rho": x[:3], "1.distribution.alpha_x": x[3]})
+        m = tree.with_values(GOAL, {"0.rho": x[:3], "1.distribution.alpha_x": x[3]})
         return (render(m, LAMPS, size=24, samples=64) - goal).ravel()
 
     x = jax.numpy.array([0.3, 0.3, 0.3, 0.4])

@@ -229,7 +229,7 @@ def _below(kind):
 
 def test_every_class_names_a_source_and_every_entry_is_used():
     assert formats() and gn.tables.tabulate  # these classes are found when they are first used
-    sources = {n: _source(k) for n, k in CLASSES.items() if not k.unwritten()}
+    sources = {n: _source(k) for n, k in CLASSES.items() if not k._unwritten()}
     assert [n for n, s in sources.items() if not s] == []
     texts = [*sources.values(), *(e.source for e in ENTRIES), *map(_source, formats())]
     texts += [_source(kind) for kind in _below(Measured)]  # those in parts of formats' modules, too

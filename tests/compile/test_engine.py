@@ -24,6 +24,7 @@ from gonio.compile.threads import share
 from gonio.evaluate import batch, planning, tracing
 from gonio.evaluate.interpret import evaluate
 from gonio.evaluate.tracing import Task
+from gonio.formula import tree
 from gonio.formula.direction import Direction
 from gonio.formula.fields import option, param, table
 from gonio.trace.derive import gradient
@@ -458,7 +459,7 @@ def each_alone(m: gn.Reflectance, channels: int) -> list[gn.Reflectance]:
     """The channels as materials of one."""
 
     def only(c: int) -> gn.Reflectance:
-        return m.each(lambda x: x[..., c : c + 1] if np.ndim(x) and x.shape[-1] > 1 else x)
+        return tree.each(m, lambda x: x[..., c : c + 1] if np.ndim(x) and x.shape[-1] > 1 else x)
 
     return [only(c) for c in range(channels)]
 
@@ -638,9 +639,9 @@ def test_new_values_compile_nothing(monkeypatch):
 def test_copies_have_plans_of_their_own():
     m = gn.Lambertian(0.5) + gn.Phong(0.5, 3.0)
     f = m.f(WI, WO)
-    other = m.with_values({"0.rho": 0.25})
+    other = tree.with_values(m, {"0.rho": 0.25})
     np.testing.assert_allclose(f - other.f(WI, WO), 0.25 / np.pi, rtol=1e-9)
-    assert (m.each(lambda v: 0.0 * v).f(WI, WO) == 0.0).all()
+    assert (tree.each(m, lambda v: 0.0 * v).f(WI, WO) == 0.0).all()
 
 
 def test_kernel_is_readable():

@@ -14,6 +14,7 @@ from seeds import SEEDS
 import gonio as gn
 from gonio import files
 from gonio.base.angles import lattice_pairs
+from gonio.base.reradiation import exchanges
 from gonio.cli.convert import conversion_as_text
 from gonio.cli.info import facts_as_text
 from gonio.conversion import comparison, conversion
@@ -520,7 +521,7 @@ def test_what_is_written_has_no_re_radiation_and_the_report_says_so(module, tmp_
             report = gn.convert(m, tmp_path / f"ink{module.SUFFIXES[0]}", module.NAME, **options)
         except ParameterError:
             continue
-        assert report.made.exchanges != ("re-radiation" in report.lost)
+        assert exchanges(report.made) != ("re-radiation" in report.lost)
         return
     pytest.skip("holds one channel")
 

@@ -10,6 +10,7 @@ import gonio as gn
 from gonio.errors import ParameterError
 from gonio.figures import _drawing, half_difference_figure
 from gonio.figures._slices import USUAL, VIEWS, incidences, lit_range, one_number, plane, slices_of, spans
+from gonio.formula import tree
 
 
 def scan(phi: float = 0.0) -> gn.Scattered:
@@ -93,7 +94,7 @@ def test_the_plane_of_an_oriented_measurement_is_one_that_was_lit():
     ],
 )
 def test_one_number_of_many_channels_has_a_name(names, count, words, weights):
-    m = gn.Lambertian(np.linspace(0.1, 0.5, count)).with_notes(channel_names=names)
+    m = tree.with_notes(gn.Lambertian(np.linspace(0.1, 0.5, count)), channel_names=names)
     number, got = one_number(m)
     assert got == words
     np.testing.assert_allclose([number(row) for row in np.eye(count)], weights, atol=5e-5)
@@ -108,7 +109,7 @@ def test_figures_say_what_they_draw(m, tmp_path, monkeypatch):
     """No light is needed; the title is no path; what is no data says so."""
     said = []
     monkeypatch.setattr("matplotlib.text.Text.set_text", _recording(said))
-    named = m.with_notes(path="/a/long/path/sample.csv") if hasattr(m, "path") else m
+    named = tree.with_notes(m, path="/a/long/path/sample.csv") if hasattr(m, "path") else m
     written = {"path": tmp_path / "a.svg"} if hasattr(m, "path") else {}  # one is enough: writing takes a second
     gn.figures.overview(named, **written, size=16, samples=1)
     text = "\n".join(said)

@@ -79,7 +79,7 @@ def test_a_file_of_every_format(tmp_path: Path, name: str) -> None:
     else:
         assert outcome(content, tmp_path / "seed", evaluate=True) == "read"
     m = gn.load(tmp_path / "file")
-    if m.has_text:  # a formula with parameters, which holds no measurement
+    if m._has_text:  # a formula with parameters, which holds no measurement
         assert not isinstance(m, Measured)
     else:
         check(m)

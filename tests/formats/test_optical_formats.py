@@ -14,6 +14,7 @@ import gonio as gn
 from gonio.errors import ParameterError
 from gonio.formats import fred, lighttools, speos, zemax
 from gonio.formats._optical import angle_tables
+from gonio.formula import tree
 from gonio.pictures.colour import XYZ_OF_RGB
 
 METAL = gn.Conductor(0.2, 3.0)
@@ -53,7 +54,7 @@ def test_materials_are_written_and_read(tmp_path, name, m, median, most):
     module, file = WRITERS[name]
     module.write(m, tmp_path / file, step=10.0 if m is BRUSHED else 5.0)
     table = gn.load(tmp_path / file)
-    assert table.is_oriented() == (m is BRUSHED)
+    assert tree.is_oriented(table) == (m is BRUSHED)
     wi, wo = table.directions()
     up = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
     f = table.brdf().reshape(up.shape)

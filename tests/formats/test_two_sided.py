@@ -20,6 +20,7 @@ from gonio.conversion import comparison
 from gonio.errors import FormatError, ParameterError
 from gonio.formats import _sides, formats, window_xml
 from gonio.formats.window_xml.klems import QUARTER, Klems
+from gonio.formula import tree
 from gonio.models._quarters import QUARTERS, quarters, sheet_of
 
 TURNED = np.array([-1.0, 1.0, -1.0])
@@ -428,7 +429,7 @@ def test_window_sides(tmp_path):
     assert gn.load(tmp_path / "a.xml") == m.front
     assert gn.load(tmp_path / "a.xml", side="back") == m.back
     doubled = gn.Sheet(
-        back.front, back.back, back.forward.with_notes(), back.backward.replace(values=2.0 * m.backward.values)
+        back.front, back.back, tree.with_notes(back.forward), back.backward.replace(values=2.0 * m.backward.values)
     )
     gn.save(doubled, tmp_path / "b.xml", "WINDOW XML")
     again = gn.load(tmp_path / "b.xml", side="both")

@@ -19,6 +19,7 @@ from gonio.base.measured import Measured
 from gonio.base.reflectance import Reflectance
 from gonio.conversion import tabulated  # noqa: F401 - a class of it is among CLASSES
 from gonio.evaluate import call, planning, tracing
+from gonio.formula import tree
 from gonio.formula.fields import CLASSES, param, table
 from gonio.formula.json_form import from_json
 from gonio.formula.parametrised import Parametrised
@@ -83,7 +84,7 @@ def test_state_is_traced_and_notes_are_not():
     for folds in (1, 3):
         assert _Noted(folds).f(UP, UP) == 0.5 * folds
     m = _Noted(2)
-    noted = m.with_notes(origin="a file")
+    noted = tree.with_notes(m, origin="a file")
     assert (noted.origin, m.origin, noted.folds) == ("a file", "nowhere", 2)
     assert noted == m
     assert hash(noted) == hash(m)
@@ -96,36 +97,36 @@ def test_formulas_see_no_notes():
     with pytest.raises(AttributeError, match="origin is a note"):
         _Reads().f(UP, UP)
     with pytest.raises(AttributeError, match="origin"):
-        _Reads().with_notes(origin="a file").f(UP, UP)
+        tree.with_notes(_Reads(), origin="a file").f(UP, UP)
 
 
 def test_only_what_is_declared_is_held():
     with pytest.raises(AttributeError, match="declares no 'other'"):
         _Noted()._hold(other=1)
     with pytest.raises(AttributeError, match="no note 'folds'"):
-        _Noted().with_notes(folds=2)
+        tree.with_notes(_Noted(), folds=2)
     with pytest.raises(TypeError, match="unhashable"):
         _Noted([1])
     m = _Noted()
     m.__dict__["slipped_in"] = 1.0
     assert "slipped_in" not in m.replace(rho=0.1).__dict__
-    assert "slipped_in" not in m.with_values({"rho": 0.1}).__dict__
+    assert "slipped_in" not in tree.with_values(m, {"rho": 0.1}).__dict__
 
 
 def test_what_is_derived_is_computed_once_and_anew_for_other_fields():
     m = _Noted(rho=0.2)
     _Noted.computed = 0
-    assert (m.doubled, m.doubled, m.with_notes(origin="x").doubled) == (0.4, 0.4, 0.4)
+    assert (m.doubled, m.doubled, tree.with_notes(m, origin="x").doubled) == (0.4, 0.4, 0.4)
     assert _Noted.computed == 1
     assert m.replace(rho=0.3).doubled == 0.6
-    assert m.with_values({"rho": 0.1}).doubled == 0.2
+    assert tree.with_values(m, {"rho": 0.1}).doubled == 0.2
     other = pickle.loads(pickle.dumps(m))
     assert other == m
     assert not other._derived
 
 
 def test_pickles_keep_state_and_notes():
-    m = _Noted(3, rho=0.1).with_notes(origin={"file": ["a", {"b": np.arange(3.0)}]})
+    m = tree.with_notes(_Noted(3, rho=0.1), origin={"file": ["a", {"b": np.arange(3.0)}]})
     for other in (pickle.loads(pickle.dumps(m)), copy.deepcopy(m), copy.copy(m)):
         assert (other, other.folds, other.f(UP, UP)[0]) == (m, 3, m.f(UP, UP)[0])
         assert type(other.origin) is Held
@@ -184,7 +185,7 @@ def test_provenance_leaves_about_alone(tmp_path):
 @compiled
 def test_about_path_and_provenance_are_no_structure():
     m = measurement({"lamp": "a"})
-    other = measurement({"lamp": "b"}).with_notes(path="elsewhere", provenance={"file": "b"})
+    other = tree.with_notes(measurement({"lamp": "b"}), path="elsewhere", provenance={"file": "b"})
     assert tracing.content(m).structure == tracing.content(other).structure
     assert other == m
 
@@ -398,7 +399,7 @@ def test_a_class_of_two_bases_has_the_fields_of_both():
     assert list(_Both.fields) == ["a", "shared", "b", "c"]
     m = _Both(b=1.0)
     assert [p.value for p in m.parameters.values()] == [1.0, 2.0, 1.0, 5.0]
-    assert m.with_notes(said="x").said == "x"
+    assert tree.with_notes(m, said="x").said == "x"
 
 
 def test_what_a_subclass_overrides_is_no_field_of_it():
@@ -438,7 +439,7 @@ def test_a_class_without_a_formula_is_abstract_and_its_subclass_is_not():
 
 @every(name=sorted(CLASSES))
 def test_json_makes_what_it_says_or_nothing(name):
-    beside = {"path": "x", "channel_names": ["a"], "numbers_from": "x", "fields": {}, "_tied": {}, "is_bound": True}
+    beside = {"path": "x", "channel_names": ["a"], "numbers_from": "x", "fields": {}, "_tied": {}, "_is_bound": True}
     none = {} if name == "FilmStack" else {"terms": []}  # a stack of no films is a bare substrate
     for word, value in {**none, **beside, "self": 1, "": 1}.items():
         with pytest.raises(gn.Error):
@@ -453,7 +454,7 @@ def test_json_makes_what_it_says_or_nothing(name):
 
 def test_one_walk_finds_everything():
     m = 0.5 * gn.Microfacet(gn.GGX(0.3), gn.Conductor([0.2, 0.9, 1.1], 3.9)) + gn.Lambertian(0.2)
-    paths = [path for path, *_ in m.walk()]
+    paths = [path for path, *_ in tree.walk(m)]
     assert paths[:6] == [
         "0",
         "0.weight",
@@ -462,14 +463,14 @@ def test_one_walk_finds_everything():
         "0.of.distribution.alpha_x",
         "0.of.distribution.alpha_y",
     ]
-    assert list(m.parameters) == [p for p in m.leaf_paths() if p]
+    assert list(m.parameters) == [p for p in tree.leaf_paths(m) if p]
     assert "0.of.distribution.alpha_y" not in m.parameters  # tied to alpha_x
-    assert [path for path, _, _ in m.settable()] == paths
-    assert list(m.leaves()) == [p.value for p in m.parameters.values()]
-    moved = m.with_values({"0.of.distribution.alpha_x": 0.1})
+    assert [path for path, _, _ in tree.settable(m)] == paths
+    assert list(tree.leaves(m)) == [p.value for p in m.parameters.values()]
+    moved = tree.with_values(m, {"0.of.distribution.alpha_x": 0.1})
     assert moved.terms[0].of.distribution.alpha_y == 0.1
     assert moved.terms[1] is m.terms[1]
-    assert m.with_values({}) is m
+    assert tree.with_values(m, {}) is m
 
 
 class _TableLike(Reflectance):

@@ -94,7 +94,7 @@ def test_plans_traces_and_kernels_are_dropped_and_made_again(small):
         gn.Lambertian(0.5).f(w, w)
     for cache in (tracing._TRACES, planning._PATTERNS, store._KNOWN):
         assert sum(cache.size(value) for value in [*cache.values(), *cache.before.values()]) <= 60_000
-    assert m._derived[planning.known] == m.alike[planning.known] == {}
+    assert m._derived[planning.known] == m._alike[planning.known] == {}
     np.testing.assert_array_equal(m.f(W, W), want)
     np.testing.assert_array_equal(m.replace(alpha=0.3).f(W, W), want)
 

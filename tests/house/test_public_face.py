@@ -25,6 +25,7 @@ from sweeps import every
 
 import gonio as gn
 from gonio import authoring
+from gonio.base._hooks import Hooks
 from gonio.base.light import Light
 from gonio.base.reflectance import Scaled, Sum
 from gonio.declared import discover
@@ -35,6 +36,7 @@ from gonio.formula.classes import aliases, takes_fields
 from gonio.formula.fields import CLASSES, Option, Param, param
 from gonio.formula.json_form import from_json, names
 from gonio.formula.maskings import MASKINGS
+from gonio.formula.parametrised import Parametrised
 
 LIGHTS = public(Light, discover.modules("gonio.lights"))
 KINDS = [k for k in (*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Scaled) if takes_fields(k)]
@@ -67,7 +69,7 @@ def test_private_bases_are_abstract():
 @named
 def test_signatures_take_what_constructors_take(kind):
     signature = inspect.signature(kind)
-    declared = [name for name in kind.declares if name not in kind.fields]
+    declared = [name for name in kind._declares if name not in kind.fields]
     assert list(signature.parameters) == [*kind.fields, *aliases(kind), *declared]
     given = {n: f.default for n, f in kind.fields.items() if f.default is not None}
     for name in given:
@@ -80,7 +82,7 @@ def test_signatures_take_what_constructors_take(kind):
     with pytest.raises(TypeError):
         signature.bind(no_such_parameter=1.0)
     assert {p.annotation for p in signature.parameters.values()} <= {"float | Array", "Array"} | {
-        *kind.declares.values(),
+        *kind._declares.values(),
         *(f.accepts for f in kind.fields.values()),
     }
 
@@ -275,6 +277,33 @@ def test_authoring_holds_what_contents_import():
     assert set(authoring.__all__) - set(used) <= {"typed", "Number", "Array", "half_vector", "cross"}
     for name in authoring.__all__:
         assert getattr(authoring, name) is not None
+
+
+# What an object shows.
+
+CALLED = {
+    *("f", "f_angles", "pdf", "sample", "jacobian", "mueller", "delta_reflectance", "delta_mueller", "reradiation"),
+    *("at", "replace", "under", "with_channels", "to_json", "breaches", "is_isotropic"),
+    *("parameters", "fields", "channels", "channel_names", "wavelengths", "numbers_from"),
+    *("has_delta", "polarizes", "fluoresces", "disperses"),
+}
+"""What users call of a material, and read of it."""
+
+
+def public_names(thing):
+    return {name for name in dir(thing) if not name.startswith("_")}
+
+
+def test_a_material_shows_what_users_call_and_what_models_write():
+    """Nothing of the machine: functions of all values are in `formula/tree.py`, its attributes have an underscore."""
+    written = {name for name in vars(Hooks) if not name.startswith("_")} | {"validate"}
+    shown = public_names(gn.Lambertian())
+    assert shown == CALLED | written | {"rho"}
+    assert len(shown) == 51
+
+
+def test_all_values_share_few_names():
+    assert public_names(Parametrised) == {"at", "fields", "parameters", "replace", "to_json", "validate"}
 
 
 # Classes of one's own.

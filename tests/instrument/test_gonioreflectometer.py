@@ -10,6 +10,7 @@ from libraries import thinned
 
 import gonio as gn
 from gonio.errors import DirectionError, ParameterError, ToleranceWarning
+from gonio.formula import tree
 from gonio.instrument.cells import Cells
 from gonio.instrument.parts import tiles
 
@@ -130,7 +131,7 @@ def test_orientation():
     m = gn.gonioreflectometer(
         gn.surfaces.v_grooves(0.3), theta_i=[0.4], phi_i=[0.0, np.pi / 2], rays=1 << 14, tolerance=1.0
     )
-    assert m.is_oriented() and m.periods["phi_i"] == pytest.approx(np.pi)
+    assert tree.is_oriented(m) and m.periods["phi_i"] == pytest.approx(np.pi)
     across, along = (m.stored[0, :, :, j] * Cells(18, 36).projected for j in (0, 1))
     behind = slice(9, 28)
     assert along[:, behind].sum() > 0.9

@@ -13,6 +13,7 @@ from rooms import MODULES, imported
 import gonio as gn
 from gonio.declared import discover
 from gonio.evaluate.factors import factors
+from gonio.formula import tree
 from gonio.formula.fields import Param
 from gonio.integrals.maps.rows import Rows
 
@@ -26,7 +27,7 @@ def random(*shape: int, low: float = 0.0, high: float = 1.0, seed: int = 0) -> n
 
 def at(m: gn.Reflectance, *place: int) -> gn.Reflectance:
     """The material at one place of its maps."""
-    return m.each(lambda x: x[place] if np.ndim(x) > 1 else x)
+    return tree.each(m, lambda x: x[place] if np.ndim(x) > 1 else x)
 
 
 def ross_li(*shape: int) -> gn.Reflectance:
@@ -156,7 +157,7 @@ def test_every_model(name: str) -> None:
         numbers = value * rng.uniform(0.7, 1.3, (count, 1)) if value else rng.uniform(0.0, 0.2, (count, 1))
         return np.clip(numbers, field.low, field.high)
 
-    m = MODELS[name]().rebuilt(mapped)
+    m = tree.rebuilt(MODELS[name](), mapped)
     found = gn.albedo(m, SUN, return_error=True)
     for k in rng.choice(count, 8):
         expected = np.asarray(gn.albedo(at(m, k), SUN, 1e-8)).reshape(-1)

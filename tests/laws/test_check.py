@@ -21,6 +21,7 @@ from gonio.cli.commands import cli
 from gonio.declared.discover import docstring, labelled
 from gonio.errors import NotFoundError, ParameterError
 from gonio.figures import laws_figure
+from gonio.formula import tree
 from gonio.formula.direction import Direction
 from gonio.formula.fields import param
 from gonio.formula.mueller import Mueller
@@ -171,13 +172,13 @@ class _Blurred(ModifiedPhong):
         return super().cos_to_mirror(wi, wo)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return ModifiedPhong.unchecked(rho_s=self.rho_s, n=ops.minimum(self.n, 10.0)).formula(wi, wo)
+        return tree.unchecked(ModifiedPhong, rho_s=self.rho_s, n=ops.minimum(self.n, 10.0)).formula(wi, wo)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        return ModifiedPhong.unchecked(rho_s=self.rho_s, n=ops.minimum(self.n, 10.0)).density(wi, wo)
+        return tree.unchecked(ModifiedPhong, rho_s=self.rho_s, n=ops.minimum(self.n, 10.0)).density(wi, wo)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return ModifiedPhong.unchecked(rho_s=self.rho_s, n=ops.minimum(self.n, 10.0)).warp(wo, u0, u1)
+        return tree.unchecked(ModifiedPhong, rho_s=self.rho_s, n=ops.minimum(self.n, 10.0)).warp(wo, u0, u1)
 
 
 class _WrongMirror(ModifiedPhong):
@@ -358,9 +359,8 @@ def test_cavity_of_a_separable_material():
 def test_between_plates_directions_stay_parallel():
     """A mirror that reflects more on the side of +x: seen from there, so are all later bounces; y turns over."""
 
-    class _Mirror(Reflectance):
+    class _Mirror(Reflectance, oriented=True):
         is_delta: ClassVar[bool] = True
-        oriented: ClassVar[bool] = True
 
         def formula(self, wi: Direction, wo: Direction) -> Any:
             return 0.0 * wi.z

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import gonio as gn
+from gonio.formula import tree
 from gonio.integrals import over_directions
 from gonio.integrals.over_directions import _Integrand
 from gonio.layers import layered
@@ -101,7 +102,7 @@ def test_channels_that_are_not_integrated_together(base, monkeypatch):
     m = gn.Stack([gn.Medium(0.3, 0.0)], base, tolerance=0.1)
     found = gn.albedo(m, steep(3))
     for c in range(3):
-        one = gn.Stack(m.layers, base.each(lambda x, c=c: x[c] if np.ndim(x) else x), tolerance=0.1)
+        one = gn.Stack(m.layers, tree.each(base, lambda x, c=c: x[c] if np.ndim(x) else x), tolerance=0.1)
         np.testing.assert_allclose(found[:, c], gn.albedo(one, steep(3)), atol=3e-5)
 
 

@@ -16,6 +16,7 @@ from gonio.authoring import Direction, Light, param
 from gonio.base.one_channel import of_channel
 from gonio.catalogue.expressions import read
 from gonio.errors import ParameterError
+from gonio.formula import tree
 from gonio.lights._photometry import Photometry
 from gonio.numerics.lattice import lattice
 from gonio.pictures.colour import XYZ_OF_RGB
@@ -279,7 +280,7 @@ def test_torch_differentiates_irradiance_by_every_number(name, torch):
     start = {path: p.value for path, p in light.parameters.items()}
 
     def irradiance(values: Any) -> Any:
-        changed = light.with_values(values)
+        changed = tree.with_values(light, values)
         lib = torch if any(hasattr(v, "detach") for v in values.values()) else np
         return gn.irradiance(changed, lib.asarray(HERE), lib.asarray(NORMAL)).sum()
 
@@ -304,7 +305,7 @@ def test_reflected_radiance_is_differentiable_under_lights_with_extent(name, tor
         m = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(a), 0.9)
         at = [lib.asarray(v) for v in (wo, NORMAL, place)]
         return gn.reflected_radiance(
-            m, light.with_values({path: x}), at[0], at[1], position=at[2], samples=1 << (18 if lib is np else 16)
+            m, tree.with_values(light, {path: x}), at[0], at[1], position=at[2], samples=1 << (18 if lib is np else 16)
         ).sum()
 
     a, x = (torch.tensor(v, dtype=torch.float64, requires_grad=True) for v in (alpha, start))

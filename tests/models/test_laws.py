@@ -32,6 +32,7 @@ from sweeps import both_ways, by_model, each_model, trying
 import gonio as gn
 from gonio.base.reflectance import Scaled, Sum
 from gonio.evaluate import blocks
+from gonio.formula import tree
 from gonio.formula.direction import HORIZON
 from gonio.laws import LAWS
 from gonio.models._wrapper import Reframed
@@ -56,7 +57,7 @@ each_plumbing = pytest.mark.parametrize("m", PLUMBING.values(), ids=PLUMBING)
 
 def rounded(m: Any, dtype: str) -> Any:
     """The material with the parameters that it has in this precision, as float64."""
-    return m.each(lambda v: np.asarray(v, dtype).astype(float) if np.ndim(v) else float(np.asarray(v, dtype)))
+    return tree.each(m, lambda v: np.asarray(v, dtype).astype(float) if np.ndim(v) else float(np.asarray(v, dtype)))
 
 
 @lru_cache(maxsize=256)  # the laws of one material come one after the other
@@ -144,12 +145,12 @@ def rgb_is_three_materials(m: Any, dtype: str) -> None:
     if f.ndim == 1:
         return  # no parameter drew a channel axis
     for c in range(3):
-        one = m.each(lambda v, c=c: float(v[min(c, len(v) - 1)]) if np.ndim(v) else v)
+        one = tree.each(m, lambda v, c=c: float(v[min(c, len(v) - 1)]) if np.ndim(v) else v)
         np.testing.assert_allclose(f[:, c], one.f(wi, wo), rtol=1e-11, atol=1e-15 * np.abs(f).max())
 
 
 def isotropic_where_nothing_says_otherwise(m: Any, dtype: str) -> None:
-    if any(lobe.is_oriented() for _, lobe in m.lobes()):
+    if any(tree.is_oriented(lobe) for _, lobe in m.lobes()):
         return
     wi, wo = pairs()
     turn = np.array([[np.cos(1.1), np.sin(1.1), 0.0], [-np.sin(1.1), np.cos(1.1), 0.0], [0.0, 0.0, 1.0]])

@@ -17,6 +17,7 @@ from scipy.integrate import quad
 import gonio as gn
 from gonio.errors import ParameterError
 from gonio.formats import merl
+from gonio.formula import tree
 from gonio.formula.direction import Direction
 from gonio.formula.fresnel.dielectric import fresnel_dielectric
 from gonio.formula.json_form import from_json
@@ -151,8 +152,8 @@ def test_rotated():
     np.testing.assert_allclose(
         gn.Rotated(m, 0.8).f(WI, WO), m.f_angles(theta_i, phi_i - 0.8, theta_o, phi_o - 0.8), rtol=1e-9
     )
-    assert gn.Rotated(m, 0.3).is_oriented()
-    assert not gn.Rotated(gn.Lambertian(), 0.3).is_oriented()
+    assert tree.is_oriented(gn.Rotated(m, 0.3))
+    assert not tree.is_oriented(gn.Rotated(gn.Lambertian(), 0.3))
     maps = gn.Rotated(m, np.linspace(0.0, 3.0, 200)[:, None]).f(WI, WO)
     assert maps[7, 0] == pytest.approx(gn.Rotated(m, 3.0 * 7 / 199).f(WI[7], WO[7]), rel=1e-9)
 
@@ -185,7 +186,7 @@ def internal(n: float, tau: float) -> float:
 
 @pytest.mark.parametrize(("eta", "tau"), [(1.5, 0.0), (1.5, 0.01), (1.33, 0.3), (2.4, 0.05), (1.01, 0.1), (3.0, 2.0)])
 def test_internal_reflectance(eta, tau):
-    R = float(_BelowSmooth.unchecked(eta=eta, tau=tau).R())
+    R = float(tree.unchecked(_BelowSmooth, eta=eta, tau=tau).R())
     assert pytest.approx(internal(eta, tau), abs=1e-6) == R
     if (eta, tau) == (1.5, 0.0):
         assert pytest.approx(0.5963457598, abs=1e-9) == R  # 1 - (1 - 0.09177795934)/n^2, in closed form
@@ -271,7 +272,7 @@ def test_rough_transmittance():
                 w = Direction(math.sin(theta), 0.0, math.cos(theta))
                 n = gn.GGX(alpha).warp_normal(w, *u)
                 mean = np.mean(fresnel_dielectric(np.minimum(w.x * n.x + w.z * n.z, 1.0), eta))
-                T = gn.RoughCoated.unchecked(eta=eta, alpha=alpha).T(w)
+                T = tree.unchecked(gn.RoughCoated, eta=eta, alpha=alpha).T(w)
                 assert pytest.approx(1.0 - mean, abs=8e-3) == T
 
 

@@ -19,6 +19,7 @@ from house import PAINT
 
 import gonio as gn
 from gonio.declared import notebooks
+from gonio.formula import tree
 from gonio.report import display
 from gonio.report.display import _html, _sphere, _things
 
@@ -128,7 +129,7 @@ def test_a_measurement_shows_what_the_file_is_and_what_it_lacks():
     said = display.html(scan(uncertainty=0.01))
     for words in ("7 pairs of directions", "missing", "14", "of the table", "uncertainty", "interpolation"):
         assert words in said, words
-    named = scan().with_notes(path="/a/place/scan<b>.csv")
+    named = tree.with_notes(scan(), path="/a/place/scan<b>.csv")
     title = ElementTree.fromstring(display.html(named)).find(".//b")
     assert title is not None and title.text == "scan<b>.csv"
     assert "/a/place" not in "".join(ElementTree.fromstring(display.html(named)).itertext())

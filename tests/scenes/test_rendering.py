@@ -8,6 +8,7 @@ import pytest
 import gonio as gn
 from gonio.arrays import ops
 from gonio.errors import MissingDataWarning, ParameterError
+from gonio.formula import tree
 from gonio.laws import _probes
 from gonio.numerics.lattice import lattice
 from gonio.pictures.colour import LUMINANCE, RGB_OF_XYZ, to_rgb
@@ -174,13 +175,13 @@ def test_nobody_needs_to_ask_for_a_light():
     """The studio; for channels that are no colours its luminance, under which any number of them can stand."""
     small = {"size": 16, "samples": 4}
     studio = gn.EnvironmentLight.studio()
-    for m in (MATTE, gn.Lambertian(0.5), gn.Lambertian([0.2, 0.3]).with_notes(channel_names=(500.0, 600.0))):
+    for m in (MATTE, gn.Lambertian(0.5), tree.with_notes(gn.Lambertian([0.2, 0.3]), channel_names=(500.0, 600.0))):
         assert (gn.render(m, **small).pixels == gn.render(m, studio, **small).pixels).all()
     bands = np.array([0.1, 0.2, 0.4, 0.8])
-    picture = gn.render(gn.Lambertian(bands).with_notes(channel_names=("Band1", "Band2", "nir", "vis")), **small)
+    picture = gn.render(tree.with_notes(gn.Lambertian(bands), channel_names=("Band1", "Band2", "nir", "vis")), **small)
     assert picture.channels == ("Band1", "Band2", "nir", "vis")
     np.testing.assert_allclose(picture.pixels, picture.pixels[..., 3:] * bands / 0.8, rtol=2e-5)
-    three = gn.render(gn.Lambertian(bands[:3]).with_notes(channel_names=("Band1", "Band2", "nir")), **small)
+    three = gn.render(tree.with_notes(gn.Lambertian(bands[:3]), channel_names=("Band1", "Band2", "nir")), **small)
     np.testing.assert_allclose(three.pixels, picture.pixels[..., :3], rtol=2e-5)
     gray = gn.render(gn.Lambertian(1.0), size=16, samples=64).pixels @ LUMINANCE
     many = gn.render(gn.Lambertian(np.ones(4)), size=16, samples=64).pixels

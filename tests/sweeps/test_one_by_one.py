@@ -31,6 +31,8 @@ from directed import (
 from materials import COMPILED
 
 import gonio as gn
+from gonio.base.reradiation import exchanges
+from gonio.formula import tree
 
 EXACT = 1e-12
 HOUSE = {
@@ -52,13 +54,13 @@ def test_every_function_of_a_material_and_directions_is_in_the_sweep():
 
 
 def _channel(m: gn.Reflectance, c: int) -> gn.Reflectance:
-    return m.each(lambda x: x[..., c : c + 1] if np.ndim(x) and np.shape(x)[-1] > 1 else x)
+    return tree.each(m, lambda x: x[..., c : c + 1] if np.ndim(x) and np.shape(x)[-1] > 1 else x)
 
 
 def one_by_one(call: Call, m: gn.Reflectance, places: Iterable[int]) -> list[np.ndarray] | Refused:
     """The results for some of the directions, each by itself and each channel by itself."""
     places = places if named(call) else [...]
-    split = m.channels is not None and not m.exchanges and call.name not in OF_ALL_CHANNELS
+    split = m.channels is not None and not exchanges(m) and call.name not in OF_ALL_CHANNELS
     parts = [_channel(m, c) for c in range(m.channels)] if split else [m]
     rows = []
     for at in places:

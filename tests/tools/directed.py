@@ -181,8 +181,8 @@ def lines(call: Call, m: gn.Reflectance, count: int, k: int) -> str:
     """Three lines of Python that print what a call gives for several directions, and for one of these."""
     made = "; ".join(f"{name} = {text}[:{count}]" for name, text in named(call).items()) or "k = 0"
     one = (call.text(f"[{k}]"), f"{call.text('')}[{k}]") if named(call) else (call.text(""),)
-    m_c = "m.each(lambda x: x[..., :1] if np.ndim(x) else x)"
+    m_c = "tree.each(m, lambda x: x[..., :1] if np.ndim(x) else x)"
     lines = (
         f"import numpy as np, gonio as gn; m = gn.expression({repr(m)!r})\n{made}\nprint({', '.join(one)}, sep='\\n')"
     )
-    return f"\n{lines}  # of the first channel: m = {m_c}"
+    return f"\n{lines}  # of the first channel: from gonio.formula import tree; m = {m_c}"

@@ -84,7 +84,7 @@ def twice(name: str) -> str:
     numbers = eval(made()[name], {"gn": gn}).parameters
     bright = {n: p.value * 2.0**q for n, p in numbers.items() for u, q in MORE.items() if re.fullmatch(u, p.unit)}
     assert len(bright) == 1, f"{name}: which number says how bright it is? Expected one in a unit of {list(MORE)}"
-    return f"a.with_values({bright})"
+    return f"a.replace({bright})"
 
 
 class Lit(NamedTuple):

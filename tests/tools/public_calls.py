@@ -38,11 +38,7 @@ from gonio.formula.state import derived
 LONGEST = 60
 """Seconds that a call may take."""
 
-LEFT_OUT = dict.fromkeys(
-    ("bind", "each", "merged", "rebuilt", "with_values", "unchecked", "walk", "leaves", "leaf_paths", "holed"),
-    "the engine's own: unchecked, as its docstring says",
-) | dict.fromkeys(("settable", "files_among", "unwritten", "instead"), "asked by the command line and by messages")
-LEFT_OUT |= dict.fromkeys(("points", "contains", "mirrored", "redrawn"), "called by integrals and Monte Carlo")
+LEFT_OUT = dict.fromkeys(("points", "contains", "mirrored", "redrawn"), "called by integrals and Monte Carlo")
 LEFT_OUT["unit"] = "of a vector of a light, which is not 0: lights see to that"
 LEFT_OUT["ray"] = "written by cameras and called by kernels, on components"
 LEFT_OUT["turned"] = "written by models and called by kernels, with numbers of any library"

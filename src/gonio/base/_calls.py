@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import NotFoundError, ParameterError, shown
 from ..evaluate import batch
+from ..formula import tree
 from ..formula.fields import Part
 from ..formula.state import derived
 from ..formula.text import listed
@@ -116,10 +117,10 @@ class Calls(Hooks):
 
     def _variables(self, by: Iterable[str] | None) -> tuple[list[str], tuple[int, ...], tuple[int, ...]]:
         """What `jacobian` differentiates by: the names, and the places of parameters and of directions among them."""
-        if by is None and (every := self.alike.get(Calls._variables)):
+        if by is None and (every := self._alike.get(Calls._variables)):
             known: tuple[list[str], tuple[int, ...], tuple[int, ...]] = every
             return known
-        leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
+        leaves = {path: i for i, path in enumerate(tree.leaf_paths(self)) if path}
         inputs = {"wi": 0, "wo": 1}
         expected = f"expected one of {listed([*leaves, *inputs])}"
         try:
@@ -139,7 +140,7 @@ class Calls(Hooks):
         paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
         found = [*paths, *directions], tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
         if by is None:
-            self.alike[Calls._variables] = found
+            self._alike[Calls._variables] = found
         return found
 
     def _without_slopes(self, prefix: str = "") -> Iterator[str]:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, Self
 
 from ..errors import ParameterError
+from ..formula import tree
 from ..formula.fields import Part
 from ..formula.parametrised import Parametrised
 from ..formula.state import derived
@@ -29,17 +30,6 @@ class Fluorescent(_Channelled):
         False True
         """
         return any(part.fluoresces for part in self._reflectances())
-
-    @property
-    def exchanges(self) -> bool:
-        """Whether light is exchanged between its channels: it fluoresces, and has several.
-
-        Example
-        >>> dye = gn.FluorescentLambertian(gn.Spectrum([400.0, 700.0], [0.2, 0.8]))
-        >>> print(dye.at([450.0, 650.0]).exchanges, dye.at(550.0).exchanges)
-        True False
-        """
-        return self.fluoresces and (self.channels or 1) > 1
 
     def reradiation(self, wi: Any, wo: Any) -> Any:
         """The bispectral matrix F of light that leaves at wavelength o and arrived at i: L_o = sum_i F[o, i] E_i.
@@ -81,7 +71,7 @@ class Fluorescent(_Channelled):
 
     def _reflectances(self) -> Iterable[Fluorescent]:
         """The reflectances that this is made of."""
-        return (part for part in self._components() if isinstance(part, Fluorescent))
+        return (part for part in tree.components(self) if isinstance(part, Fluorescent))
 
     def _require_bands(self, channels: int) -> None:
         """Raises ParameterError where numbers of this model do not fit so many bands."""

@@ -15,7 +15,7 @@ def instead(value: Any) -> str:
     if isinstance(value, type):
         return _of_class(value)
     if isinstance(value, Parametrised):
-        return f"this is {value.noun}; write {value.reflects.format(f'gn.{shown(value)}')}"
+        return f"this is {value._noun}; write {value._reflects.format(f'gn.{shown(value)}')}"
     if isinstance(value, str):
         return _of_text(value)
     if isinstance(value, os.PathLike):
@@ -33,7 +33,8 @@ def instead(value: Any) -> str:
 
 def _of_class(kind: type) -> str:
     if issubclass(kind, Parametrised):
-        return f"this is a class, of which an instance is needed; write {kind.reflects.format(f'gn.{kind.__name__}()')}"
+        written = kind._reflects.format(f"gn.{kind.__name__}()")
+        return f"this is a class, of which an instance is needed; write {written}"
     return f"this is the class {kind.__name__}; write an instance of a model, such as gn.Lambertian(0.5)"
 
 

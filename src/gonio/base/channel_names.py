@@ -14,6 +14,7 @@ from ..arrays.labels import Labels
 from ..declared.numbers import NANOMETRES
 from ..errors import MeaningWarning, NotFoundError, ParameterError, suggestion, warn
 from ..evaluate import batch
+from ..formula import tree
 from ..formula.fields import Param, Wavelengths
 from ..formula.spectrum import Spectrum, as_wavelengths
 from ..formula.state import inferred, known
@@ -42,7 +43,7 @@ class _Channelled(Hooks):
         def channel_names(self) -> tuple[Any, ...] | None:
             return known_to_formula(self)
 
-    declares: ClassVar[Mapping[str, str]] = MappingProxyType({"wavelengths": "float | Array | None"})
+    _declares: ClassVar[Mapping[str, str]] = MappingProxyType({"wavelengths": "float | Array | None"})
 
     @known
     def wavelengths(self) -> np.ndarray | None:
@@ -112,7 +113,7 @@ class _Channelled(Hooks):
         ('red', 'nir')
         """
         if names is None:
-            return self.with_notes(channel_names=None)
+            return tree.with_notes(self, channel_names=None)
         return named(self, names)
 
     def _name_channels(self, whole: Labels) -> None:
@@ -124,7 +125,7 @@ class _Channelled(Hooks):
         new = super()._replaced(grouped)
         names = self._given("channel_names")
         if names is not None and self.channels == len(names) != new.channels:
-            return new.with_notes(channel_names=None)
+            return tree.with_notes(new, channel_names=None)
         return new
 
     def to_json(self) -> dict[str, Any]:
@@ -192,34 +193,34 @@ def differ(value: Any) -> bool:
 
 def known_to_formula(m: _Channelled) -> tuple[float, ...] | None:
     """The wavelengths of channels that formulas of a material know, by a field `wavelength = wavelengths()`."""
-    found = [x for _, field, x, _ in m.walk() if isinstance(field, Wavelengths) and np.ndim(x)]
+    found = [x for _, field, x, _ in tree.walk(m) if isinstance(field, Wavelengths) and np.ndim(x)]
     return tuple(map(float, found[0])) if found else None
 
 
 def _told(m: R, wavelengths: Any, which: Callable[[Wavelengths], bool] = lambda field: True) -> R:
     """The material, whose formulas know these wavelengths where they ask for any."""
-    paths = [path for path, field, _, _ in m.walk() if isinstance(field, Wavelengths) and which(field)]
+    paths = [path for path, field, _, _ in tree.walk(m) if isinstance(field, Wavelengths) and which(field)]
     return m._with_paths([(path, path, wavelengths) for path in paths]) if paths else m
 
 
 def named(m: R, names: Any) -> R:
     """The material with these names of channels, or wavelengths."""
     found = checked(names, m)
-    asking = [field for _, field, _, _ in m.walk() if isinstance(field, Wavelengths)]
+    asking = [field for _, field, _, _ in tree.walk(m) if isinstance(field, Wavelengths)]
     if isinstance(found[0], str) or not asking:
-        return m.with_notes(channel_names=found)
+        return tree.with_notes(m, channel_names=found)
     wavelengths = as_wavelengths(f"with_channels({shown(names)})", found)
     if known_to_formula(m) is not None:
         return _told(m, wavelengths)
     # Formulas whose f does without the wavelength have a default, which is that of no channel.
-    return _told(m, wavelengths, lambda field: field.default is not None).with_notes(channel_names=found)
+    return tree.with_notes(_told(m, wavelengths, lambda field: field.default is not None), channel_names=found)
 
 
 def with_wavelengths(m: R, value: Any) -> R:
     """The material whose constructor was given `wavelengths`."""
     call = f"{type(m).__name__}(wavelengths={shown(value)})"
     wavelengths = as_wavelengths(call, value)
-    if any(isinstance(x, Spectrum) for x in m.leaves()):
+    if any(isinstance(x, Spectrum) for x in tree.leaves(m)):
         return m.at(wavelengths)
     new = _told(m, wavelengths)
     if np.ndim(wavelengths) == 0:
@@ -232,7 +233,7 @@ def with_wavelengths(m: R, value: Any) -> R:
 
 def declared(m: R, wavelengths: Any) -> R:
     """The material with these wavelengths for names of its channels; without names for one wavelength."""
-    return m.with_notes(channel_names=tuple(map(float, wavelengths)) if np.ndim(wavelengths) else None)
+    return tree.with_notes(m, channel_names=tuple(map(float, wavelengths)) if np.ndim(wavelengths) else None)
 
 
 def with_axis(m: R, wavelengths: Any) -> R:
@@ -241,7 +242,7 @@ def with_axis(m: R, wavelengths: Any) -> R:
         return m
     count = len(wavelengths)
     if m.channels in (None, 1) and (m.channels or 0) != count:
-        for path, field, value, _ in m.walk():
+        for path, field, value, _ in tree.walk(m):
             if isinstance(field, Param) and path in m.parameters and isinstance(value, (float, np.ndarray)):
                 wide = np.asarray(value)[..., None] if np.ndim(value) == 0 else np.asarray(value)
                 m = m._with_paths([(path, path, np.repeat(wide, count, axis=-1))])

@@ -138,7 +138,7 @@ def _taken_apart(value: Any) -> tuple[str, Any]:
 
 def _notes(value: Value) -> Iterator[tuple[str, Any]]:
     """What a value and its parts note beside what formulas depend on."""
-    for name, declared in value.beside.items():
+    for name, declared in value._beside.items():
         if isinstance(declared, Note) and name in value.__dict__ and name not in ORIGIN:
             yield name, value.__dict__[name]
     for name, field in value.fields.items():

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from ..arrays import ops
 from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
 from ..evaluate.tracing import Task
+from ..formula import tree
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, dot, select, served
 from ..formula.mueller import Mueller
 from ..formula.sparse import is_zero
@@ -28,7 +29,7 @@ def _nan_of(*directions: Direction) -> Any:
 
 def with_holes(value: Any, m: Hooks) -> Any:
     """The value, NaN where a parameter is missing, for formulas do not use each parameter everywhere."""
-    for number in m.holed():
+    for number in tree.holed(m):
         value = value + (number - number)
     return value
 

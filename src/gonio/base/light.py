@@ -17,6 +17,7 @@ from ..arrays.kinds import with_channels
 from ..errors import ParameterError, TraceError, shown
 from ..evaluate import batch
 from ..evaluate.tracing import traced
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import part
 from ..formula.parametrised import Parametrised
@@ -59,9 +60,9 @@ class Light(Parametrised):
     ConstantLight(radiance=2.0)
     """
 
-    noun: ClassVar[str] = "a light"
-    reflects: ClassVar[str] = "gn.render(m, {}), with the reflectance first"
-    known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+    _noun: ClassVar[str] = "a light"
+    _reflects: ClassVar[str] = "gn.render(m, {}), with the reflectance first"
+    _known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
         ("__call__", "f", "eval", "evaluate"), "gn.reflected_radiance(m, light, wo)"
     )
     is_delta: ClassVar[bool] = False
@@ -74,14 +75,8 @@ class Light(Parametrised):
 
     @classmethod
     @cache
-    def unwritten(cls) -> list[str]:
-        """A light writes one of the two: `beam`, or `seen`.
-
-        Example
-        >>> from gonio.authoring import Light
-        >>> print(Light.unwritten(), gn.DistantLight.unwritten())
-        ['beam or seen'] []
-        """
+    def _unwritten(cls) -> list[str]:
+        """A light writes one of the two: `beam`, or `seen`."""
         return [] if cls.is_formula() or cls.incident is not Light.incident else ["beam or seen"]
 
     @classmethod
@@ -318,7 +313,7 @@ class Light(Parametrised):
         >>> print(sun.in_numpy() == sun)
         True
         """
-        return self if self.like() is None else self.each(_in_numpy)
+        return self if self.like() is None else tree.each(self, _in_numpy)
 
     def like(self) -> Any:
         """A number of this light that is an array of another library than NumPy; None where there is none.
@@ -332,7 +327,7 @@ class Light(Parametrised):
     @derived
     def _facts(self) -> tuple[Any, bool, bool]:
         """See `like`; whether numbers have a channel axis; whether some are spectra."""
-        leaves = list(self.leaves())
+        leaves = list(tree.leaves(self))
         foreign = next((x for x in leaves if _is_foreign(x)), None)
         return foreign, any(getattr(x, "ndim", 0) for x in leaves), any(isinstance(x, Spectrum) for x in leaves)
 
@@ -357,11 +352,10 @@ class Light(Parametrised):
         return self._facts[2]
 
 
-class _OfLight(Light):
+class _OfLight(Light, has_text=False):
     """Base of lights that are another one, elsewhere, turned, or in part: questions go to that one, and its answers
     back. A subclass says where a place of the world is in the light, and how directions turn on the way."""
 
-    has_text = False
     light = part(Light, None, "the light")
 
     @property

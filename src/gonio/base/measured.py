@@ -50,7 +50,7 @@ class Total(NamedTuple):
     shares: tuple[float, ...]
 
 
-class Measured(Reflectance):
+class Measured(Reflectance, has_text=False):
     """Base of the measured reflectances. A subclass declares its tables as fields and writes `formula`.
 
     values    the numbers as stored; `valid`: where they are usable; `data`: with their axes, an xarray.Dataset
@@ -64,12 +64,12 @@ class Measured(Reflectance):
     brdf True
     """
 
-    noun = "a measurement"
+    _noun = "a measurement"
 
     @staticmethod
-    def instead(value: Any) -> str:
+    def _instead(value: Any) -> str:
         table = "gn.tables.tabulate(m), or gn.repair.resample(m), makes a table of any reflectance"
-        return table if isinstance(value, Reflectance) else Reflectance.instead(value)
+        return table if isinstance(value, Reflectance) else Reflectance._instead(value)
 
     path: str = note("")
     about: dict[str, Any] = note(Held())
@@ -82,7 +82,6 @@ class Measured(Reflectance):
     """Shares of light that the file states beside its values."""
     quantity: str = note("brdf")
     format = ""
-    has_text = False
 
     def __init__(self, path: str = "", about: dict[str, Any] | None = None, **fields: Any):
         if not isinstance(about, Mapping | None):

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..formula import tree
 from ..formula.fields import Channels, Field, part
 from ..formula.state import state
 from .light import ORIGIN, Light, _OfLight
@@ -24,20 +25,21 @@ class OneChannel(_OfLight):
 
     def sharing(self, other: OneChannel) -> OneChannel:
         """The channel with the very numbers of another one that both share: what follows from them is computed once."""
-        shared = zip(other.leaf_paths(), other.leaves(), strict=True)
-        return self.with_values({path: value for path, value in shared if path not in self.own})
+        shared = zip(tree.leaf_paths(other), tree.leaves(other), strict=True)
+        return tree.with_values(self, {path: value for path, value in shared if path not in self.own})
 
     @property
     def _shining(self) -> Light:
         number = float(self.number)
-        light: Light = self.light.rebuilt(lambda _, field, value: number if isinstance(field, Channels) else value)
+        light: Light = tree.rebuilt(
+            self.light, lambda _, field, value: number if isinstance(field, Channels) else value
+        )
         return light
 
 
-class _OfArrays(Light):
+class _OfArrays(Light, has_text=False):
     """A channel of a light that is a function of arrays."""
 
-    has_text = False
     of = part(Light, None, "the light")
     number: int = state(0)
 
@@ -60,6 +62,6 @@ def of_channel(light: Light, number: int) -> Light:
         one = value[..., min(number, np.shape(value)[-1] - 1)]
         return float(one) if isinstance(value, np.ndarray) else one
 
-    only = OneChannel(light.rebuilt(chosen))
+    only = OneChannel(tree.rebuilt(light, chosen))
     only._hold(number=number, own=frozenset(own))
     return only

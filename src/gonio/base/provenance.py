@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..declared.version import __version__
+from ..formula import tree
 from .measured import Measured
 from .reflectance import Reflectance
 
@@ -38,7 +39,7 @@ def noted(m: Measured, of_file: Mapping[str, Any]) -> Measured:
     provenance, about = dict(of_file), dict(m.about)
     if ORIGIN in about:
         provenance[ORIGIN] = about.pop(ORIGIN)
-    return m.with_notes(provenance=provenance, about=about)
+    return tree.with_notes(m, provenance=provenance, about=about)
 
 
 def origin(m: Reflectance) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from ..arrays.labels import is_named
 from ..declared.notebooks import repr_html, repr_png
 from ..errors import ArrayTypeError, ParameterError, TooLargeError, shown
 from ..evaluate import batch
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import param, part
 from ..formula.mueller import Mueller
@@ -43,10 +44,10 @@ class Reflectance(Calls, Fluorescent):
     _repr_html_ = repr_html
     _repr_png_ = repr_png
 
-    noun: ClassVar[str] = "a reflectance"
-    reflects: ClassVar[str] = "{}"
+    _noun: ClassVar[str] = "a reflectance"
+    _reflects: ClassVar[str] = "{}"
 
-    known_elsewhere: ClassVar[dict[str, str]] = {
+    _known_elsewhere: ClassVar[dict[str, str]] = {
         **dict.fromkeys(("__call__", "eval", "evaluate", "brdf", "bsdf", "value"), "m.f(wi, wo)"),
         "plot": "gn.render(m, lights).save(path), or on the command line: gonio show",
         "show": "gn.render(m, lights).save(path), or on the command line: gonio show",
@@ -65,7 +66,7 @@ class Reflectance(Calls, Fluorescent):
         >>> print(gn.RoughDielectric(gn.GGX(0.2), 1.25).turned(True).index)
         0.8
         """
-        return Scaled.unchecked(weight=choose(back, 0.0, 1.0), of=self) if self.sides == "front" else self
+        return tree.unchecked(Scaled, weight=choose(back, 0.0, 1.0), of=self) if self.sides == "front" else self
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         """The terms of this sum: pairs (weight, model)."""
@@ -112,7 +113,7 @@ class Reflectance(Calls, Fluorescent):
         >>> print(list((gn.Lambertian(0.5) + gn.OriginalPhong(0.2)).breaches()))
         ['reciprocity', 'energy']
         """
-        of_parts = [part.breaches() for part in self._components() if isinstance(part, Reflectance)]
+        of_parts = [part.breaches() for part in tree.components(self) if isinstance(part, Reflectance)]
         return {law: reason for breaches in (*of_parts, self.breaks) for law, reason in breaches.items()}
 
     @property
@@ -148,7 +149,7 @@ class Reflectance(Calls, Fluorescent):
         return bool(np.allclose(f, turned, rtol=1e-6, atol=1e-9, equal_nan=True))
 
     @staticmethod
-    def instead(value: Any) -> str:
+    def _instead(value: Any) -> str:
         """What to write where a reflectance is expected and this value was given."""
         return instead(value)
 
@@ -386,7 +387,7 @@ def sum_of(materials: Iterable[Reflectance]) -> Sum:
 
 def weighed(parts: Iterable[tuple[Any, Reflectance]]) -> Sum:
     """A sum of reflectances times weights, unchecked, as formulas and integrals need it; without weights of 0.0."""
-    terms = [Scaled.unchecked(weight=w, of=m) for w, m in parts if not (isinstance(w, float) and w == 0.0)]
+    terms = [tree.unchecked(Scaled, weight=w, of=m) for w, m in parts if not (isinstance(w, float) and w == 0.0)]
     values = {str(i): term for i, term in enumerate(terms)}
     fields = {name: part(Reflectance, None, f"term {name}", sides="any") for name in values}
     for name, field in fields.items():

@@ -14,7 +14,7 @@ from ..arrays import ops
 from ..arrays.kinds import PAIRS
 from ..errors import FluorescenceWarning, ParameterError, warn
 from ..evaluate import batch, labelled
-from ..formula import bands
+from ..formula import bands, tree
 from ..formula.direction import NORMAL
 from ..formula.exchange import Exchange
 from ..formula.fields import CLASSES, Field, Wavelengths, part
@@ -32,6 +32,18 @@ class _Pairs(Parametrised):
     arrives_at = part(Parametrised, None, "with the numbers of the wavelength that arrives")
 
 
+def exchanges(m: Any) -> bool:
+    """Whether light is exchanged between the channels of a material: it fluoresces, and has several.
+
+    Example
+    >>> from gonio.base.reradiation import exchanges
+    >>> dye = gn.FluorescentLambertian(gn.Spectrum([400.0, 700.0], [0.2, 0.8]))
+    >>> print(exchanges(dye.at([450.0, 650.0])), exchanges(dye.at(550.0)))
+    True False
+    """
+    return bool(m.fluoresces) and (m.channels or 1) > 1
+
+
 def pairs(m: Any, channels: int) -> _Pairs:
     """Both copies of a material, with a channel o C + i for each pair of channels."""
     m = m._with_rounds(lambda _, coat: coat.to_and_fro(channels))
@@ -43,10 +55,12 @@ def pairs(m: Any, channels: int) -> _Pairs:
                 return _flat(field.between(matrices[path]))
             return value[..., own] if np.ndim(value) and np.shape(value)[-1] > 1 else value
 
-        return m.rebuilt(chosen)
+        return tree.rebuilt(m, chosen)
 
-    matrices = {path: owner.__dict__[field.name] for path, field, _, owner in m.walk() if isinstance(field, Exchange)}
-    return _Pairs.unchecked(leaves_at=at(o), arrives_at=at(i))
+    matrices = {
+        path: owner.__dict__[field.name] for path, field, _, owner in tree.walk(m) if isinstance(field, Exchange)
+    }
+    return tree.unchecked(_Pairs, leaves_at=at(o), arrives_at=at(i))
 
 
 def along_normal(m: Any, channels: int) -> Any:
@@ -84,7 +98,7 @@ def matrix(m: Any, wi: Any, wo: Any) -> Any:
 
 def require_wavelengths(m: Any) -> None:
     """Raises ParameterError where formulas need the wavelengths of channels, and these are not known."""
-    for path, field, value, _ in m.walk():
+    for path, field, value, _ in tree.walk(m):
         if isinstance(field, Wavelengths) and np.ndim(value) == 0 and m.channels > 1:
             raise ParameterError(
                 f"{m!r:.60}: the wavelengths of its {m.channels} channels are not known ({path}), and the energy of "
@@ -112,7 +126,7 @@ def under(m: Any, light: Any, seen: Any) -> Any:
 
 def warn_of_reradiation(m: Any, instead: str) -> None:
     """Says that a result has nothing of the light that leaves at another wavelength, since no light is known."""
-    if m.exchanges:
+    if exchanges(m):
         text = (
             f"{m!r:.60} fluoresces, and light that leaves at another wavelength than it arrived at is left out, for no "
             f"light is known; expected m.under(E) in its place, as it is under light of a spectrum E, or {instead}; "

@@ -16,6 +16,7 @@ from ..errors import ArrayTypeError, ParameterError, shown
 from ..evaluate import batch
 from ..evaluate.computation import composite
 from ..evaluate.tracing import Task
+from ..formula import tree
 from ..formula.fields import channels, table
 from ..formula.parametrised import Parametrised
 from ..formula.state import state
@@ -25,12 +26,11 @@ from . import kernels
 M = TypeVar("M", bound=Parametrised)
 
 
-class _Lookup(Parametrised):
+class _Lookup(Parametrised, has_text=False):
     """A texture as kernels have it: the path of the parameter that it is, its texels, and, where these have several
     channels, the numbers of all channels together, which sampling uses."""
 
-    noun = "a texture in a kernel"
-    has_text = False
+    _noun = "a texture in a kernel"
     texels = table("numbers of the texels")
     together = table("numbers of all channels of the texels")
     number = channels("number of the channel")
@@ -56,7 +56,7 @@ class _Lookup(Parametrised):
 
 def textures(m: Parametrised) -> dict[str, Texture]:
     """The parameters that are textures, by their paths."""
-    return {path: value for path, _, value, _ in m._numbers() if isinstance(value, Texture)}
+    return {path: value for path, _, value, _ in tree.numbers(m) if isinstance(value, Texture)}
 
 
 def require_numbers(m: Parametrised, call: str) -> None:
@@ -74,10 +74,12 @@ def mapped(m: Parametrised) -> dict[str, Any]:
             raise ArrayTypeError(f"{type(m).__name__}: a texture beside parameters whose axes have names; {rule}")
         maps = [
             _Lookup(path, value, getattr(field, "sampled", "mean"))
-            for path, field, value, _ in m._numbers()
+            for path, field, value, _ in tree.numbers(m)
             if isinstance(value, Texture)
         ]
-        plain = m.rebuilt(lambda _, __, value: float(value.texels.flat[0]) if isinstance(value, Texture) else value)
+        plain = tree.rebuilt(
+            m, lambda _, __, value: float(value.texels.flat[0]) if isinstance(value, Texture) else value
+        )
         found = m._derived[mapped] = {"material": plain} | ({"maps": maps} if maps else {})
     return found
 
@@ -86,7 +88,7 @@ def placed(scene: Any, u: Any, v: Any, merged: bool = False) -> Any:
     """The material of a composite, in a kernel, with the numbers at a place; `merged`: those of all channels."""
     if "maps" not in scene.fields:
         return scene.material
-    return scene.material.with_values({x.path: x.value(u, v, merged) for x in scene.maps.parts})
+    return tree.with_values(scene.material, {x.path: x.value(u, v, merged) for x in scene.maps.parts})
 
 
 def _value(scene: Any, mean: Any, wi: Any, wo: Any, uv: Any) -> tuple[Any, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..errors import ParameterError
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.exchange import Exchange
 from ..formula.fields import Field, channels, param, part
@@ -45,14 +46,14 @@ class _OverBands(Reflectance):
         self.of._require_passed_on()
         if count is None:
             raise ParameterError(f"{kind}({self.of!r:.60}): it has no channel axis; expected wavelengths: m.at([...])")
-        numbers = {path: x for path, _, x, _ in self.of._numbers()}
+        numbers = {path: x for path, _, x, _ in tree.numbers(self.of)}
         if others := [path for path, x in numbers.items() if not isinstance(x, (float, np.ndarray)) or np.ndim(x) > 1]:
             raise ParameterError(
                 f"{kind}: {others[0]} is {shown(numbers[others[0]])}; expected a number, or a NumPy array of one for "
                 f"each wavelength (of a map the material at one place)"
             )
         require_wavelengths(self.of)
-        matrices = [path for path, field, _, _ in self.of.walk() if isinstance(field, Exchange)]
+        matrices = [path for path, field, _, _ in tree.walk(self.of) if isinstance(field, Exchange)]
         varying = [path for path, x in numbers.items() if np.size(x) > 1 and path not in matrices]
         matrices = [path for path in matrices if np.size(numbers[path]) > 1]
         coats: list[str] = []
@@ -70,7 +71,7 @@ class _OverBands(Reflectance):
     def _table(self) -> np.ndarray:
         """Rows of C: the weights of the wavelengths that are summed over, what varies, and matrices [summed, own]."""
         rows = [np.broadcast_to(self._weights(), self.bands)]
-        values = {path: (owner.__dict__[f.name], x) for path, f, x, owner in self.of._numbers()}
+        values = {path: (owner.__dict__[f.name], x) for path, f, x, owner in tree.numbers(self.of)}
         rows += [values[path][1] for path in self.varying]
         for path in self.matrices:
             rows += list(self._summed_first(Exchange.between(values[path][0])))
@@ -111,7 +112,7 @@ class _OverBands(Reflectance):
                 return ops.take(self.table, (1 + self.varying.index(path)) * self.bands + band)
             return value
 
-        made: Reflectance = self.of.rebuilt(chosen)
+        made: Reflectance = tree.rebuilt(self.of, chosen)
         return made._with_rounds(lambda path, _: self._between(len(self.matrices) + self.coats.index(path), band))
 
     def _between(self, matrix: int, band: int) -> Any:

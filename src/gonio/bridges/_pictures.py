@@ -10,6 +10,7 @@ import numpy as np
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..formula import tree
 from ..formula.parametrised import Parametrised
 from ..formula.texture import Texture
 from ..integrals.illumination import as_lights
@@ -52,7 +53,7 @@ class Pictures:
                 elif is_array(value):
                     self.numbers[prefix + path] = value
                     changes[path] = _number(np.ones(tuple(value.shape)))
-            return of.with_values(changes) if changes else of
+            return tree.with_values(of, changes) if changes else of
 
         self._m = plain(m, "")
         given = None if lights is None else as_lights(lights)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import DependencyError
+from ..formula import tree
 
 try:
     import jax
@@ -33,12 +34,12 @@ from ._pictures import Pictures
 
 def _flatten(m: Parametrised) -> tuple[list[Any], tuple[Any, ...]]:
     paths = tuple(m.parameters)
-    return [p.value for p in m.parameters.values()], (m.with_values(dict.fromkeys(paths)), paths)
+    return [p.value for p in m.parameters.values()], (tree.with_values(m, dict.fromkeys(paths)), paths)
 
 
 def _unflatten(structure: tuple[Parametrised, tuple[str, ...]], leaves: Any) -> Parametrised:
     m, paths = structure
-    return m.with_values(dict(zip(paths, leaves, strict=True)))
+    return tree.with_values(m, dict(zip(paths, leaves, strict=True)))
 
 
 def _register(kind: type[Parametrised]) -> None:

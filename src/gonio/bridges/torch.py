@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from ..errors import DependencyError, NotFoundError
+from ..formula import tree
 
 try:
     import torch
@@ -45,7 +46,7 @@ class Material(torch.nn.Module):
     @property
     def reflectance(self) -> Reflectance:
         """The reflectance at the present values; it shares memory and gradients with the parameters."""
-        return self._start.with_values({path: self._value(path, name) for path, name in self._names.items()})
+        return tree.with_values(self._start, {path: self._value(path, name) for path, name in self._names.items()})
 
     def _value(self, path: str, name: str) -> Any:
         start, tensor = self._start.parameters[path].value, getattr(self, name)

@@ -19,6 +19,7 @@ from ..declared.contents import columns
 from ..declared.notebooks import repr_html
 from ..distributions.ggx import GGX
 from ..errors import NotFoundError, ParameterError
+from ..formula import tree
 from ..formula.fresnel.conductor import Conductor
 from ..formula.fresnel.dielectric import Dielectric
 from ..formula.spectrum import Spectrum
@@ -162,7 +163,7 @@ def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) 
                 f"replace(...){other}"
             )
         r = _fits()[entry.name]
-        return Lambertian(r[:3]) + ABC(r[3:6], r[6], r[7], r[8]).with_notes(numbers_from=entry.source)
+        return Lambertian(r[:3]) + tree.with_notes(ABC(r[3:6], r[6], r[7], r[8]), numbers_from=entry.source)
     return _polished(entry, POLISHED if alpha is None else alpha, wavelengths)
 
 
@@ -248,8 +249,8 @@ def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
     mirror = isinstance(alpha, (int, float)) and alpha == 0
     m: Reflectance = IdealSpecular(fresnel) if mirror else Microfacet(GGX(alpha), fresnel)
     if wavelengths is not None and np.ndim(n):
-        m = m.with_notes(channel_names=tuple(float(w) for w in wavelengths))
-    return m.with_notes(numbers_from=entry.source)
+        m = tree.with_notes(m, channel_names=tuple(float(w) for w in wavelengths))
+    return tree.with_notes(m, numbers_from=entry.source)
 
 
 @cache

@@ -15,6 +15,7 @@ from ..base.reflectance import Reflectance
 from ..base.textured import require_numbers
 from ..declared.arguments import checked
 from ..errors import NotFoundError, ParameterError, ShapeError, needed, shown, suggestion
+from ..formula import tree
 from ..formula.blackbody import Blackbody
 from ..formula.fields import Param, Part
 from ..formula.parametrised import Parametrised
@@ -254,7 +255,7 @@ def upsampled(m: Reflectance) -> Reflectance:
     require_numbers(m, "upsampled")
     if m.channels != 3 or m.channel_names not in (None, ("R", "G", "B")):
         raise ParameterError(f"upsampled({m!r:.60}): channels {m.channel_names}; expected linear RGB")
-    new = _upsampled(m).with_notes(channel_names=None)
+    new = tree.with_notes(_upsampled(m), channel_names=None)
     assert isinstance(new, Reflectance)
     return new
 

@@ -22,6 +22,7 @@ from ..base.reflectance import Reflectance, Scaled, sum_of
 from ..declared.arguments import checked
 from ..errors import DependencyError, Error, ExpressionError
 from ..formats import load
+from ..formula import tree
 from ..formula.bounds import MAX_DEPTH, MAX_LENGTH
 from ..formula.json_form import SPECTRA, kind_of, names
 from ..formula.parametrised import Parametrised
@@ -57,7 +58,7 @@ def expression(text: str, files: bool = False) -> Reflectance:
     if not isinstance(value, Reflectance):
         kind = type(value).__name__ if isinstance(value, Parametrised) else describe(value)
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
-        advice = Reflectance.instead(value).replace("gn.", "") if isinstance(value, Parametrised) else ""
+        advice = Reflectance._instead(value).replace("gn.", "") if isinstance(value, Parametrised) else ""
         expected = f"; {advice}" if advice else " such as Lambertian(0.5)"
         raise ExpressionError(f"{shown}: {kind}, expected a reflectance{expected}")
     return value
@@ -85,7 +86,7 @@ def describe(value: Any) -> str:
 def _opened(make: Callable[..., Any], arguments: list[Any], named: dict[str, Any]) -> list[str]:
     """The paths of the files that a call opens."""
     if isinstance(make, type) and issubclass(make, Parametrised):
-        return make.files_among(arguments, named)
+        return tree.files_among(make, arguments, named)
     first = [*arguments, *named.values()][:1] if make is load else []
     return [path for path in first if isinstance(path, str)]
 

@@ -13,6 +13,7 @@ from ..base.reflectance import Reflectance
 from ..declared.typed import in_degrees, typed_angle
 from ..errors import Error, ExpressionError, NotFoundError, ParameterError
 from ..formats import formats, load_as_typed
+from ..formula import tree
 from ..formula.fields import Channels, Table
 from ..formula.json_form import names
 from . import builtin
@@ -86,7 +87,7 @@ def _angle(m: Reflectance, name: str, text: str) -> float | None:
     if not unit:
         return None
     units = set()
-    for path, declared, _ in m.settable():
+    for path, declared, _ in tree.settable(m):
         alias = getattr(declared, "alias", None)
         if name in (path, declared.name, alias, path.removesuffix(declared.name) + (alias or declared.name)):
             units.add(getattr(declared, "unit", ""))

@@ -12,6 +12,7 @@ import numpy as np
 from ..base.angles import angles, direction, lattice_pairs
 from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, ToleranceWarning
+from ..formula import tree
 from ..integrals.over_hemisphere import integrate
 from ..numerics.lattice import lattice
 from ..tables.gridded import Gridded
@@ -220,7 +221,7 @@ def _of_channels(m: Reflectance, channels: list[int]) -> Reflectance:
         return Gridded(
             m.parameterization, m.axes, m.brdf()[..., channels], channels=names, mirrored=m.is_mirrored, **kept
         )
-    return m.each(lambda x: x[..., channels] if np.ndim(x) and np.shape(x)[-1] > 1 else x)
+    return tree.each(m, lambda x: x[..., channels] if np.ndim(x) and np.shape(x)[-1] > 1 else x)
 
 
 def _picked(values: np.ndarray, count: int, channels: Channels) -> np.ndarray:

@@ -16,6 +16,7 @@ from ..base.angles import lattice_pairs
 from ..base.measured import Measured
 from ..base.provenance import ORIGIN, in_words, size_of
 from ..base.reflectance import Reflectance
+from ..base.reradiation import exchanges
 from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
 from ..formats import FormatName, load, write, writer
@@ -134,7 +135,7 @@ def convert(m: Reflectance, path: str | os.PathLike, format: FormatName | None =
     compared = _colours(*names) or _common(*names) or _in_order(*names)
     pairs = _quarters(m, made)
     lost, gained = map(_told_together, zip(*(_differences(*pair) for pair in pairs.values()), strict=True))
-    if m.exchanges and not made.exchanges:
+    if exchanges(m) and not exchanges(made):
         lost["re-radiation"] = exchanged_in_words(m)
     errors = [resampling_error(*pair, *compared) for pair in pairs.values()] if compared else []
     return Conversion(

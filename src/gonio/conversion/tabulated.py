@@ -15,6 +15,7 @@ from ..base.reflectance import Reflectance
 from ..base.reradiation import warn_of_reradiation
 from ..declared.arguments import checked
 from ..errors import ParameterError
+from ..formula import tree
 from ..formula.state import note
 from ..models._quarters import quarters, sheet_of
 from ..numerics.filling import filled_in_layers
@@ -102,7 +103,7 @@ def tabulate(
     )
     error = resampling_error(m, table, chosen.numbers)
     breaks = {**Tabulated.breaks, **m.breaches()}
-    return table.with_notes(provenance=derived(m), breaks=breaks, error=error)
+    return tree.with_notes(table, provenance=derived(m), breaks=breaks, error=error)
 
 
 class _Channels:

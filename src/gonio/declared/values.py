@@ -45,7 +45,7 @@ def fit(kind: Any, value: Any, d: Declared | None = None) -> Any:
                 return fit(one, value, d)
         raise TypeError
     if origin is Callable or kind is Callable:
-        if not callable(value) or hasattr(type(value), "noun"):
+        if not callable(value) or hasattr(type(value), "_noun"):
             raise TypeError
         return value
     if origin is tuple:

@@ -33,7 +33,7 @@ NOUNS: dict[Any, str] = {
     Callable: "a function",
     datetime.date: "a date",
 }
-"""Types in words; classes of gonio have theirs in `noun`."""
+"""Types in words; classes of gonio have theirs in `_noun`."""
 
 
 def in_words(kind: Any, d: Declared | None = None, typed: bool = False) -> str:
@@ -64,7 +64,7 @@ def in_words(kind: Any, d: Declared | None = None, typed: bool = False) -> str:
     article = "an" if kind.__name__[0] in "AEIOU" else "a"
     if kind is str and d is not None and d.longest:
         return f"a text of 1 to {d.longest} characters"
-    noun = NOUNS.get(kind) or str(getattr(kind, "noun", f"{article} {kind.__name__}"))
+    noun = NOUNS.get(kind) or str(getattr(kind, "_noun", f"{article} {kind.__name__}"))
     return noun if d is None or kind not in (int, float) else f"{noun}{bounds(d)}"
 
 
@@ -123,7 +123,7 @@ def as_typed(value: Any, unit: str = "") -> str:
 
 def swapped(name: str, kind: Any, given: Mapping[str, Any]) -> str:
     """What to say where another argument is what is expected of this one: a model in the place of the data."""
-    if not hasattr(kind, "noun") or hasattr(given[name], "noun"):  # a class of gonio says what to write instead
+    if not hasattr(kind, "_noun") or hasattr(given[name], "_noun"):  # a class of gonio says what to write instead
         return ""
     others = [other for other, value in given.items() if other != name and isinstance(value, kind)]
     return f"; that is what {others[0]} is: are both in each other's place?" if len(others) == 1 else ""
@@ -133,7 +133,7 @@ def advised(kind: Any, value: Any) -> str:
     """What an argument means, and what to write in the place of a value that does not fit."""
     if (declared := declared_in(kind)) is not None:
         return f": {declared.doc}{suspected(value, declared)}"
-    advice = [instead(value) for of in alternatives(kind) if (instead := getattr(of, "instead", None)) is not None]
+    advice = [instead(value) for of in alternatives(kind) if (instead := getattr(of, "_instead", None)) is not None]
     return f"; {advice[0]}" if advice else ""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..formula.direction import Direction, normalize
@@ -11,7 +11,7 @@ from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, Spread
 from ..formula.fields import param
 
 
-class Beckmann(Distribution):
+class Beckmann(Distribution, oriented=True):
     """Beckmann: slopes distributed as a Gaussian.
 
     D = exp(-(x^2/ax^2 + y^2/ay^2)/z^2) / (pi ax ay z^4),   Lambda = (exp(-a^2)/sqrt(pi) - a erfc(a)) / (2 a),
@@ -33,8 +33,6 @@ class Beckmann(Distribution):
     >>> print(rough.f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
     [0.8842 0.6591 0.242 ]
     """
-
-    oriented: ClassVar[bool] = True
 
     alpha_x = param(0.2, ALPHA_LOW, ALPHA_HIGH, "slope scale along x", alias="alpha", sampled="max")
     alpha_y = param("alpha_x", ALPHA_LOW, ALPHA_HIGH, "slope scale along y", sampled="max")

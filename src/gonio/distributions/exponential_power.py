@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..formula.direction import Direction
@@ -13,7 +13,7 @@ from ..formula.smith import cotangent, sinh_nodes, smith
 from ..formula.special import log_gamma
 
 
-class ExponentialPower(Distribution):
+class ExponentialPower(Distribution, oriented=True):
     """Exponential power distribution of slopes (EPD): D = p exp(-s^(2p)) / (pi ax ay Gamma(1/p) z^4).
 
     s^2 = (x^2/ax^2 + y^2/ay^2)/z^2. p = 1 is Beckmann; p below 1 has a sharper peak and longer tails.
@@ -34,8 +34,6 @@ class ExponentialPower(Distribution):
     [0.5877 0.3703 0.2586]
     [0.8842 0.6591 0.242 ]
     """
-
-    oriented: ClassVar[bool] = True
 
     alpha_x = param(0.2, ALPHA_LOW, ALPHA_HIGH, "slope scale along x", alias="alpha", sampled="max")
     alpha_y = param("alpha_x", ALPHA_LOW, ALPHA_HIGH, "slope scale along y", sampled="max")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..formula.direction import Direction, normalize, on_circle
@@ -11,7 +11,7 @@ from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, Spread, 
 from ..formula.fields import param
 
 
-class GGX(Distribution):
+class GGX(Distribution, oriented=True):
     """Trowbridge–Reitz (GGX): facets oriented as on a half ellipsoid.
 
     D = 1 / (pi ax ay (x^2/ax^2 + y^2/ay^2 + z^2)^2),   Lambda = (sqrt(1 + (ax^2 x^2 + ay^2 y^2)/z^2) - 1)/2
@@ -31,8 +31,6 @@ class GGX(Distribution):
     >>> print(gn.albedo(gn.Microfacet(gn.GGX(1.0)), [0, 0, 1]).round(4))  # 1 - log(2)
     0.3069
     """
-
-    oriented: ClassVar[bool] = True
 
     alpha_x = param(0.2, ALPHA_LOW, ALPHA_HIGH, "slope scale along x", alias="alpha", sampled="max")
     alpha_y = param("alpha_x", ALPHA_LOW, ALPHA_HIGH, "slope scale along y", sampled="max")

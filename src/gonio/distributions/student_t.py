@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..formula.direction import Direction
@@ -13,7 +13,7 @@ from ..formula.smith import cotangent, gauss
 from ..formula.special import expm1_over, gamma_ratio, log1p
 
 
-class StudentT(Distribution):
+class StudentT(Distribution, oriented=True):
     """Student's t-distribution of slopes (STD): D = (1 + s^2/(gamma - 1))^(-gamma) / (pi ax ay z^4).
 
     s^2 = (x^2/ax^2 + y^2/ay^2)/z^2. gamma = 2 is GGX, gamma to infinity Beckmann; at gamma = 3/2 the mean slope, and
@@ -35,8 +35,6 @@ class StudentT(Distribution):
     [0.8842 0.4885 0.1932]
     [0.8842 0.6343 0.2401]
     """
-
-    oriented: ClassVar[bool] = True
 
     alpha_x = param(0.2, ALPHA_LOW, ALPHA_HIGH, "slope scale along x", alias="alpha", sampled="max")
     alpha_y = param("alpha_x", ALPHA_LOW, ALPHA_HIGH, "slope scale along y", sampled="max")

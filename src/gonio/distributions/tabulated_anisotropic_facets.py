@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache, partial
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ HALF = COLUMNS // 2
 WIDTH = 2.0 * math.pi / COLUMNS
 
 
-class TabulatedAnisotropicFacets(Distribution):
+class TabulatedAnisotropicFacets(Distribution, oriented=True):
     """Distribution of normals from a table: D(theta_m, phi_m) proportional to `values`, linear in between.
 
     `theta` increases, within [0, pi/2]; below the first and above the last angle D stays. `phi` increases, within
@@ -49,8 +49,6 @@ class TabulatedAnisotropicFacets(Distribution):
     >>> print(m.f_angles(0.0, 0.0, 0.4, [0.0, 1.571]).round(2))
     [0.04 1.69]
     """
-
-    oriented: ClassVar[bool] = True
 
     theta = table("polar angles [rad], increasing")
     phi = table("azimuths [rad], increasing")

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..arrays import labels, ops
 from ..errors import ArrayTypeError, MeaningWarning, ShapeError, warn
+from ..formula import tree
 from ..formula.parametrised import Parametrised
 from ..formula.texture import Texture
 from . import blocks, labelled, libraries, planning
@@ -80,7 +81,7 @@ def _call(task: Task, material: Parametrised, inputs: Sequence[Any], arrays: Seq
     itself."""
     if lib.name != "numpy":
         return Call(task, material, arrays, lib)
-    channels, batch = batch_of(material.leaves(), lib, arrays)
+    channels, batch = batch_of(tree.leaves(material), lib, arrays)
     is_new = material._labels is not None or any(x is not a for x, a in zip(inputs, arrays, strict=True))
     return Call(task, material, arrays, lib, channels, batch, planning.available() and 0 not in batch, is_new)
 
@@ -88,7 +89,7 @@ def _call(task: Task, material: Parametrised, inputs: Sequence[Any], arrays: Seq
 def _named(call: Call) -> list[Any]:
     """The results where axes have names: these are taken off, and put back."""
     if not _takes_labels(call):
-        return run(call.task, call.material.unlabelled, call.inputs, call.out)
+        return run(call.task, call.material._unlabelled, call.inputs, call.out)
     return labelled.named(_again(call), call.task.kinds, call.material, call.inputs, call.task.widths)
 
 
@@ -174,7 +175,7 @@ def _check_out(out: Any, shape: tuple[int, ...], dtype: np.dtype) -> None:
 
 def full_shape(material: Parametrised, shape: tuple[int, ...]) -> tuple[int, ...]:
     """The batch shape of directions together with the maps (parameters with batch axes) of a material."""
-    maps = [tuple(v.shape[:-1]) for v in material.leaves() if getattr(v, "ndim", 0) > 1]
+    maps = [tuple(v.shape[:-1]) for v in tree.leaves(material) if getattr(v, "ndim", 0) > 1]
     return ops.broadcast_shape([shape, *maps], "directions and parameters") if maps else shape
 
 
@@ -186,7 +187,7 @@ def texels(material: Parametrised, batch: tuple[int, ...], index: np.ndarray) ->
             return value
         return np.broadcast_to(value, (*batch, value.shape[-1])).reshape(-1, 1, value.shape[-1])[index]
 
-    return material.each(pick) if full_shape(material, ()) else material
+    return tree.each(material, pick) if full_shape(material, ()) else material
 
 
 MANY = 1000
@@ -195,7 +196,7 @@ MANY = 1000
 
 def _suspect_map(material: Parametrised, lib: ops.Library, inputs: Sequence[Any]) -> None:
     """Warns of a parameter (N,) beside N directions: its last axis is the channel axis, and the result is (N, N)."""
-    for value in material.leaves():
+    for value in tree.leaves(material):
         width = value.shape[-1] if getattr(value, "ndim", 0) == 1 else 0
         if width >= MANY and any(lib.shape(x)[:-1] == (width,) for x in inputs):
             text = f"a parameter of shape ({width},) beside {width} directions: its last axis is the channel axis, so "
@@ -206,6 +207,6 @@ def _suspect_map(material: Parametrised, lib: ops.Library, inputs: Sequence[Any]
 
 def channels(material: Parametrised) -> int | None:
     """The number of channels of a material's results, None without a channel axis."""
-    libraries = [(ops.library_of_type(type(value)), value) for value in material.leaves()]
-    textures = [(value.channels,) for value in material.leaves() if isinstance(value, Texture)]
+    libraries = [(ops.library_of_type(type(value)), value) for value in tree.leaves(material)]
+    textures = [(value.channels,) for value in tree.leaves(material) if isinstance(value, Texture)]
     return channels_of([lib.shape(value) for lib, value in libraries if lib is not None] + textures)

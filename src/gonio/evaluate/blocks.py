@@ -13,6 +13,7 @@ import numpy as np
 from ..arrays import LIBRARIES, Fixed, Later
 from ..arrays.kinds import MATRIX, SCALAR, SQUARE, SUMMED, TERMS, VECTOR
 from ..compile.threads import share
+from ..formula import tree
 from ..formula.parametrised import Parametrised
 from ..machine import memory
 from .call import Call, parameters, tables_of
@@ -136,10 +137,10 @@ def by_formula(call: Call) -> list[Any]:
             return lib.convert(cut(value, batch, at) if isinstance(value, np.ndarray) else value, arrays[0])
 
         def bound(m: Parametrised) -> Parametrised:
-            return m.bind(convert, lambda table: Later(table, arrays[0].dtype))
+            return tree.bind(m, convert, lambda table: Later(table, arrays[0].dtype))
 
         m = bound(material)
-        mean = bound(material.merged(lib.merge_channels)) if channels else m
+        mean = bound(tree.merged(material, lib.merge_channels)) if channels else m
         parts = [lib.split(x, shape, channels is not None) for x in arrays]
         terms = [TERMS.get(kind, kind) for kind in task.kinds]
         return lib.assemble(terms, [task.kernel(m, mean, *parts)], arrays[0], shape, channels is not None)

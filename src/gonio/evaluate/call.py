@@ -16,6 +16,7 @@ import numpy as np
 from ..arrays import LIBRARIES, AsStored, Fixed, Roomy, contiguous, ops
 from ..arrays.kinds import MATRIX, SUMMED
 from ..errors import ArrayTypeError, ParameterError, ShapeError, TraceError
+from ..formula import tree
 from ..formula.bounds import COMPILED
 from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum
@@ -129,7 +130,7 @@ def _padded(numbers: np.ndarray, dtype: np.dtype) -> np.ndarray:
 def leaves_of(material: Parametrised, merged: bool) -> list[Any]:
     """The numbers of a material, and where they are wanted those with channels merged."""
     leaves = content(material).leaves
-    return leaves + content(material.merged(LIBRARIES["numpy"].merge_channels)).leaves if merged else leaves
+    return leaves + content(tree.merged(material, LIBRARIES["numpy"].merge_channels)).leaves if merged else leaves
 
 
 def parameters(

@@ -16,6 +16,7 @@ import numpy as np
 from ..arrays import Fixed
 from ..arrays.kinds import SUMMED, TOTAL, VALUE
 from ..errors import ArrayTypeError, NotFoundError, ParameterError
+from ..formula import tree
 from ..formula.fields import Field, param, part, table
 from ..formula.parametrised import Parametrised
 from ..formula.state import state
@@ -24,11 +25,10 @@ from . import batch
 from .tracing import Kernel, Task
 
 
-class _Composite(Parametrised):
+class _Composite(Parametrised, has_text=False):
     """Values of any classes as one; formulas find each under its name."""
 
-    noun = "a composite"
-    has_text = False
+    _noun = "a composite"
     names: tuple[str, ...] = state(())
 
     def __init__(self, values: Mapping[str, Any]):
@@ -149,8 +149,8 @@ class Computation:
         if kind not in (VALUE, TOTAL):
             rule = f"the first result is of kind {kind}; expected {VALUE} or {TOTAL}"
             raise ParameterError(f"derivatives: {rule}")
-        paths = list(scene.leaf_paths())
-        wanted = [scene.located(path) for path in by]
+        paths = list(tree.leaf_paths(scene))
+        wanted = [tree.located(scene, path) for path in by]
         unknown = [path for path in wanted if path not in paths]
         if unknown:
             raise NotFoundError(f"derivatives(by={listed(unknown)}): no number; expected some of {listed(paths)}")

@@ -20,6 +20,7 @@ from ..arrays import LAZY, labels, ops
 from ..arrays.kinds import MATRIX, PAIRS, SCALAR, VALUE, VECTOR
 from ..arrays.labels import COMPONENTS, STOKES, Labels, is_lazy, is_named
 from ..errors import ArrayTypeError, ShapeError
+from ..formula import tree
 from ..formula.parametrised import Parametrised
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -56,7 +57,7 @@ def named(
     """The same, with `compute` for arrays without names, which may be computed later."""
     own = None if material is None else material._labels
     with_names = [k for k, x in enumerate(inputs) if is_named(x)]
-    plain = None if material is None else material.unlabelled
+    plain = None if material is None else material._unlabelled
     if not with_names and (own is None or any(_has_axes(x, width) for x, width in zip(inputs, widths, strict=True))):
         return list(compute(plain, *inputs))  # axes without names: so are those of the result
     what = "directions and parameters"
@@ -105,7 +106,7 @@ def _refuse_nameless(
     for k, (x, width) in enumerate(zip(inputs, widths, strict=True)):
         if k not in named and _has_axes(x, width):
             raise ArrayTypeError(f"an array of shape {np.shape(x)} beside a {type(inputs[named[0]]).__name__}: {rule}")
-    maps = [] if m is None or own is not None else [v.shape for v in m.leaves() if getattr(v, "ndim", 0) > 1]
+    maps = [] if m is None or own is not None else [v.shape for v in tree.leaves(m) if getattr(v, "ndim", 0) > 1]
     if maps:
         raise ArrayTypeError(f"a parameter of shape {maps[0]} beside a {type(inputs[named[0]]).__name__}: {rule}")
 
@@ -139,7 +140,7 @@ def later(
     """
     if not any(map(is_lazy, inputs)) and (m is None or not m._lazy):
         return compute(m, *inputs)
-    leaves = {} if m is None else {p: v for p, v in zip(m.leaf_paths(), m.leaves(), strict=True) if p}
+    leaves = {} if m is None else {p: v for p, v in zip(tree.leaf_paths(m), tree.leaves(m), strict=True) if p}
     # Maps too, that are no arrays of Dask: they are cut as those are.
     cut = {p: v for p, v in leaves.items() if is_lazy(v) or getattr(v, "ndim", 0) > 1}
     arrays = [x if is_lazy(x) else np.asarray(x, dtype=float) for x in inputs]
@@ -166,7 +167,7 @@ def later(
 
 
 def _channels(m: Parametrised | None) -> int | None:
-    widths = [] if m is None else [v.shape[-1] for v in m.leaves() if getattr(v, "ndim", 0)]
+    widths = [] if m is None else [v.shape[-1] for v in tree.leaves(m) if getattr(v, "ndim", 0)]
     return max(widths, default=None)
 
 
@@ -175,7 +176,7 @@ def _with_numbers(m: Parametrised, values: dict[str, np.ndarray]) -> Parametrise
     missing = {path: np.isnan(x) for path, x in values.items()}
     numbers = {p: np.ma.MaskedArray(x, missing[p]) if missing[p].any() else x for p, x in values.items()}
     new = m.replace({p: x for p, x in numbers.items() if not missing[p].all()})
-    new = new.with_values({p: x for p, x in values.items() if missing[p].all()})
+    new = tree.with_values(new, {p: x for p, x in values.items() if missing[p].all()})
     return new._made_of(new.__dict__, {"_lazy": False})
 
 

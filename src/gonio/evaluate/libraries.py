@@ -8,6 +8,7 @@ from typing import Any
 
 from ..arrays import Fixed, ops
 from ..arrays.kinds import SQUARE, SUMMED, TERMS
+from ..formula import tree
 from ..formula.parametrised import Parametrised
 from .blocks import result_shape
 from .call import Call, batch_of, check_number
@@ -21,9 +22,9 @@ def at_once(call: Call) -> list[Any]:
     """
     lib, task, inputs = call.lib, call.task, call.inputs
     like = inputs[0]
-    m = call.material.bind(partial(_converted, lib=lib, like=like), partial(lib.fixed, like=like))
-    channels, batch = batch_of(m.leaves(), lib, inputs)
-    mean = m.merged(lib.merge_channels) if channels else m
+    m = tree.bind(call.material, partial(_converted, lib=lib, like=like), partial(lib.fixed, like=like))
+    channels, batch = batch_of(tree.leaves(m), lib, inputs)
+    mean = tree.merged(m, lib.merge_channels) if channels else m
     parts = [lib.split(x, batch, channels is not None) for x in inputs]
     terms = [TERMS.get(kind, kind) for kind in task.kinds]
     results = lib.assemble(terms, [task.kernel(m, mean, *parts)], like, batch, channels is not None)
@@ -36,7 +37,7 @@ def by_channel(call: Call) -> list[Any]:
     """The results of a library whose arrays hold one component each: once per channel."""
     lib, (kernel, kinds, *_), material, inputs = call.lib, call.task, call.material, call.inputs
     like = inputs[0]
-    channels, batch = batch_of(material.leaves(), lib, inputs)
+    channels, batch = batch_of(tree.leaves(material), lib, inputs)
     if 0 in batch:
         whole = [result_shape(kind, batch, channels) for kind in kinds]
         return [lib.empty(like, shape, len(shape) > len(batch)) for shape in whole]
@@ -45,12 +46,12 @@ def by_channel(call: Call) -> list[Any]:
         def convert(value: Any) -> Any:
             return lib.convert(value.numbers if isinstance(value, Fixed) else value, like, channel, batch)
 
-        return m.bind(convert, lambda table: lib.fixed(table, like))
+        return tree.bind(m, convert, lambda table: lib.fixed(table, like))
 
     runs = []
     for c in range(channels or 1):
         m = bound(material, c)
-        mean = bound(material.merged(lib.merge_channels), None) if channels else m
+        mean = bound(tree.merged(material, lib.merge_channels), None) if channels else m
         runs.append(kernel(m, mean, *(lib.split(x, batch, channels is not None) for x in inputs)))
     terms = [TERMS.get(kind, kind) for kind in kinds]
     return _sums(lib, kinds, lib.assemble(terms, runs, like, batch, channels is not None), len(batch) - 1)

@@ -109,9 +109,9 @@ _PATTERNS: Cache[tuple[Any, ...], _Pattern] = Cache(lambda pattern: pattern.plan
 
 def _of_pattern(key: tuple[Any, ...], task: Task, material: Parametrised, dtype: np.dtype) -> Plan | None:
     """A plan for the numbers of this material, if there was one for others of their shapes."""
-    patterns = material.alike.get(known)
+    patterns = material._alike.get(known)
     if patterns is None:
-        patterns = material.alike[known] = Passing()
+        patterns = material._alike[known] = Passing()
     pattern = patterns.get(key)
     if pattern is None:
         whole = task.pattern_key(key, material)

@@ -17,6 +17,7 @@ import numpy as np
 from ..arrays import Fixed
 from ..arrays.kinds import MATRIX, SCALAR, TERMS, TOTAL, VALUE, VECTOR
 from ..errors import Error, TraceError
+from ..formula import tree
 from ..formula.fields import Channels, Numbers, Part
 from ..formula.parametrised import Parametrised
 from ..formula.state import State
@@ -172,16 +173,16 @@ def _gathered(material: Parametrised) -> Content:
 
 def _structure(material: Parametrised) -> tuple[Any, ...]:
     """What a trace depends on."""
-    structure: tuple[Any, ...] | None = material.alike.get(_structure)
+    structure: tuple[Any, ...] | None = material._alike.get(_structure)
     if structure is None:
         values = material.__dict__
         of_fields = [
             _structure(values[name]) if isinstance(field, Part) else field.traced(values[name])
             for name, field in material.fields.items()
         ]
-        state = [values.get(name, d.default) for name, d in material.beside.items() if isinstance(d, State)]
+        state = [values.get(name, d.default) for name, d in material._beside.items() if isinstance(d, State)]
         structure = (type(material), tuple(material._tied.items()), material._holed, *of_fields, *state)
-        material.alike[_structure] = structure
+        material._alike[_structure] = structure
     return structure
 
 
@@ -218,7 +219,7 @@ def _trace(task: Task, material: Parametrised, channels: int | None) -> Trace:
     graph, (_, leaves, tables), first = Graph(), content(material), len(task.widths)
     table_numbers = {id(table): i for i, table in enumerate(tables)}
     lengths = [_length(v) for v in leaves]
-    numbered = [isinstance(field, Channels) for _, field, _, _ in material._numbers()]
+    numbered = [isinstance(field, Channels) for _, field, _, _ in tree.numbers(material)]
 
     def bound(start: int, channel: int) -> Parametrised:
         order = iter(range(len(leaves)))
@@ -229,7 +230,7 @@ def _trace(task: Task, material: Parametrised, channels: int | None) -> Trace:
                 return Symbol(graph, graph.constant(channel))
             return Symbol(graph, graph.load(start + k, min(channel, lengths[k] - 1)))
 
-        return material.bind(convert, lambda table: TableSymbol(graph, table_numbers[id(table)]))
+        return tree.bind(material, convert, lambda table: TableSymbol(graph, table_numbers[id(table)]))
 
     parts = [tuple(Symbol(graph, graph.load(k, c)) for c in range(w)) for k, w in enumerate(task.widths)]
     mean = bound(first if channels is None else first + len(leaves), 0)

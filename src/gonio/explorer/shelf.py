@@ -19,6 +19,7 @@ from ..catalogue.expressions import expression
 from ..errors import NotFoundError, ParameterError
 from ..facts.models import SHOWN
 from ..facts.public import public
+from ..formula import tree
 from ..formula.fields import Option, Param
 from ..formula.json_form import names
 from ..formula.spectrum import Spectrum
@@ -96,12 +97,12 @@ class Shelf:
 
 def _at_wavelengths(m: Reflectance) -> Reflectance:
     """A material with spectra for numbers at wavelengths, of which each is a channel."""
-    return m.at(SHOWN) if any(isinstance(x, Spectrum) for x in m.leaves()) else m
+    return m.at(SHOWN) if any(isinstance(x, Spectrum) for x in tree.leaves(m)) else m
 
 
 def _changed(m: Reflectance, replaced: Mapping[str, Any]) -> Reflectance:
     """A material with other numbers, and with other words where it has a choice of words; a page opens no files."""
-    fields = {path: field for path, field, _ in m.settable()}
+    fields = {path: field for path, field, _ in tree.settable(m)}
     aliases = {
         path.removesuffix(field.name) + field.alias: field
         for path, field in fields.items()
@@ -109,7 +110,7 @@ def _changed(m: Reflectance, replaced: Mapping[str, Any]) -> Reflectance:
     }
     changes = {}
     for name, value in replaced.items():
-        path = m.located(name)
+        path = tree.located(m, name)
         field = fields.get(path, aliases.get(path))
         if not isinstance(field, Option if isinstance(value, str) else Param):
             rule = "expected a number of a parameter, a list of one for each channel, or a word of an option"

@@ -15,6 +15,7 @@ from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
 from ..errors import NotFoundError
 from ..evaluate import tracing
+from ..formula import tree
 from ..trace import passes
 from ..trace.show import show
 
@@ -92,7 +93,7 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     if method not in _KERNELS:
         raise NotFoundError(f"kernel(method={method!r}): expected one of {', '.join(map(repr, _KERNELS))}")
     task, returned, names = _KERNELS[method]
-    paths, shapes = [path or "channel" for path in m.leaf_paths()], [np.shape(v)[-1:] for v in m.leaves()]
+    paths, shapes = [path or "channel" for path in tree.leaf_paths(m)], [np.shape(v)[-1:] for v in tree.leaves(m)]
     channels = m.channels
     trace = tracing.traced(task, m, channels)
     loads = _names(names, paths, shapes)

@@ -18,9 +18,11 @@ from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.provenance import size_of
 from ..base.reflectance import Reflectance
+from ..base.reradiation import exchanges
 from ..base.shown_channels import is_rgb, shown_as
 from ..catalogue import builtin
 from ..errors import MissingDataWarning, ToleranceWarning
+from ..formula import tree
 from ..formula.fields import Option, Param, Table
 from ..formula.parametrised import Parametrised
 from ..integrals.albedo import albedo, kept_albedo
@@ -58,7 +60,7 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
         result["sides"] = str(m.sides)
     result["has_delta"] = bool(m.has_delta)
     result["breaks"] = m.breaches()
-    if m.exchanges:
+    if exchanges(m):
         result["fluorescence"] = _fluorescence(m)
     if computed and not places:
         with warnings.catch_warnings():
@@ -130,7 +132,7 @@ def _totals(m: Reflectance, totals: Sequence[Any]) -> dict[str, Any]:
 def settable(m: Parametrised) -> dict[str, Any]:
     """The parameters and the options of a material, or of a term of a formula, by path."""
     parameters, options = {}, {}
-    for path, declared, value in m.settable():
+    for path, declared, value in tree.settable(m):
         if isinstance(declared, Param) and path in m.parameters:
             p = m.parameters[path]
             listed = value.tolist() if isinstance(value, np.ndarray) else value

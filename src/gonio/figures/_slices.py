@@ -13,6 +13,7 @@ from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_rgb
+from ..formula import tree
 from ..pictures.colour import LUMINANCE, RELATIVE_XYZ, XYZ
 from ..tables.gridded import Gridded
 from ..tables.scattered import Scattered
@@ -101,7 +102,7 @@ def incidences(m: Reflectance) -> list[float]:
 
 def plane(m: Reflectance) -> float:
     """Azimuth of the light [rad]: pi, or the one next to it at which an oriented measurement was lit."""
-    if isinstance(m, Scattered) and m.is_oriented():
+    if isinstance(m, Scattered) and tree.is_oriented(m):
         return _nearest(np.pi, m.rows[:, 1])
     if isinstance(m, Gridded) and "phi_i" in m.axes:
         return _nearest(np.pi, m.axes["phi_i"])
@@ -171,7 +172,7 @@ def _measured(
             wi, wo = (w.reshape(-1, 3) for w in np.broadcast_arrays(*pairs))
             parts = (None if x is None else with_channels(np.take(x, k, axis), len(m.axes) - 1) for x in (f, u))
             values, spread = (None if x is None else x.reshape(len(wi), -1) for x in parts)
-        views, inside = _seen_in_plane(wi, wo, phi, turn, m.is_oriented())
+        views, inside = _seen_in_plane(wi, wo, phi, turn, tree.is_oriented(m))
         assert values is not None
         values = number(values)
         inside &= np.isfinite(values)

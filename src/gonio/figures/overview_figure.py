@@ -18,6 +18,7 @@ from ..base.shown_channels import is_coloured, shown_as
 from ..declared.arguments import Declared, checked
 from ..errors import ParameterError
 from ..evaluate.tracing import at_most
+from ..formula import tree
 from ..pictures.colour import srgb_encode
 from ..scenes.asked import Samples, Size
 from ..scenes.rendering import render
@@ -198,4 +199,4 @@ def _draw_map(axes: Any, m: Reflectance, channels: Sequence[str | float] | None)
             return value
         return np.broadcast_to(value, (*shape, value.shape[-1]))[place]
 
-    return m.each(picked)
+    return tree.each(m, picked)

@@ -18,6 +18,7 @@ from ..errors import NotFoundError, ParameterError, ShapeError, TraceError, need
 from ..evaluate import batch
 from ..evaluate.squares import Squares, squares
 from ..evaluate.tracing import Task
+from ..formula import tree
 from ..formula.text import listed
 from .asked import By, LossName, ThetaMax
 from .losses import LOSSES
@@ -229,11 +230,11 @@ class Problem:
         u, (wi, wo, target, weight) = self.unknowns, self._arrays
         if lib.name == "numpy":
             inputs = (wi, wo, target, weight)
-            model = u.plain().with_values(self._by_path(np.asarray(values, float)))
+            model = tree.with_values(u.plain(), self._by_path(np.asarray(values, float)))
             flat = batch.run(self._residual, model, inputs)[0]
             return np.broadcast_to(flat, (1, *weight.shape[:-1])).reshape(-1)  # arrays that are kept have an axis more
         inputs = tuple(lib.convert(x, values) for x in (wi, wo, target, weight))
-        model = u.plain().with_values(self._by_path(values))
+        model = tree.with_values(u.plain(), self._by_path(values))
         found = batch.run(self._residual, model, inputs)[0]
         return lib.module.reshape(lib.module.broadcast_to(found, (1, *weight.shape[:-1])), (-1,))
 
@@ -247,7 +248,7 @@ class Problem:
         [0.3183 0.3183]
         """
         u, inputs = self.unknowns, self._arrays
-        model = u.plain().with_values(self._by_path(np.asarray(self._ordered(values), float)))
+        model = tree.with_values(u.plain(), self._by_path(np.asarray(self._ordered(values), float)))
         task = Task(difference(self.loss), (VALUE,), WIDTHS, (u.places, ()))
         _, *slopes = batch.compute(task, model, inputs)
         channels, rows = inputs[2].shape[:2]

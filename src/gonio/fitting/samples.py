@@ -17,6 +17,7 @@ from ..base.reflectance import Reflectance
 from ..declared.numbers import numbers
 from ..errors import MissingDataWarning, ParameterError, ShapeError, shown, warn
 from ..formats import load
+from ..formula import tree
 from ..formula.direction import HORIZON
 from ..numerics.lattice import lattice
 from ..tables.dataset import from_dataset
@@ -154,7 +155,7 @@ def _of_frame(frame: Any) -> Reflectance:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "frame.csv"
         frame.to_csv(path, index=False)
-        return load(path).with_notes(path="")
+        return tree.with_notes(load(path), path="")
 
 
 def _of_reflectance(m: Reflectance) -> Rows:

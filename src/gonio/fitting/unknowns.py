@@ -14,6 +14,7 @@ from ..base.reflectance import Reflectance
 from ..errors import Error, NotFoundError, ParameterError, shown
 from ..evaluate.squares import Squares
 from ..evaluate.tracing import content, linear
+from ..formula import tree
 from ..formula.fields import Channels, Param
 from ..formula.text import listed
 from ..machine.caches import Cache
@@ -122,7 +123,7 @@ class Unknowns:
         for f, n in self.widths:
             values[f.path] = numbers[:, at : at + n].reshape(len(x), n, *(1,) * axes)
             at += n
-        return self.plain(axes).with_values(values)
+        return tree.with_values(self.plain(axes), values)
 
     def plain(self, axes: int = 2) -> Reflectance:
         """The model with its channel axis before those of the data."""
@@ -139,7 +140,7 @@ class Unknowns:
             return float(value[c if len(value) > 1 else 0]) if np.ndim(value) else value
 
         free = tuple(f._replace(by_channel=False, start=f.start[c : c + 1]) for f in self.free)
-        return Unknowns(self.model.rebuilt(picked), free, 1, self.kept)
+        return Unknowns(tree.rebuilt(self.model, picked), free, 1, self.kept)
 
     def gathered(self, sums: Squares, x: np.ndarray) -> Squares:
         """Normal equations (B,) of the unknowns x (B, n), from those (B, C) of each channel's numbers."""
@@ -183,11 +184,11 @@ def unknowns(
     of those that have a number for each channel, or True for all, or False. Without it they are those in which f is
     linear (albedos, weights), and those that the model has an array of.
     """
-    parameters, paths = model.parameters, list(model.leaf_paths())
+    parameters, paths = model.parameters, list(tree.leaf_paths(model))
     if not parameters:
         raise ParameterError(f"{model!r:.80}: it has no parameters; expected a model such as gn.Lambertian()")
     _refuse_tables(model)
-    usual = (path for path, f, *_ in model._numbers() if isinstance(f, Param) and not f.fitted)
+    usual = (path for path, f, *_ in tree.numbers(model) if isinstance(f, Param) and not f.fitted)
     kept = tuple(usual) if by is None else ()
     chosen = [path for path in parameters if path not in kept] if by is None else _paths(model, by, "by")
     if not chosen:
@@ -237,12 +238,12 @@ def _with_channels_first(model: Reflectance, axes: int) -> Reflectance:
     def moved(path: str, field: Any, value: Any) -> Any:
         return np.reshape(value, (1, -1, *(1,) * axes)) if np.ndim(value) else value
 
-    changed: Reflectance = model.rebuilt(moved)
+    changed: Reflectance = tree.rebuilt(model, moved)
     return changed
 
 
 def _refuse_tables(model: Reflectance) -> None:
-    for _, field, value, _ in model._numbers():
+    for _, field, value, _ in tree.numbers(model):
         if isinstance(field, Channels) and np.ndim(value):
             raise ParameterError(
                 f"{model!r:.80}: a measurement with channels is a part of it; expected a model whose numbers are all "
@@ -259,13 +260,13 @@ def _paths(model: Reflectance, names: Any, argument: str) -> list[str]:
     parameters, found = model.parameters, set()
     aliases = {
         path.removesuffix(f.name) + f.alias: path
-        for path, f, _, _ in model._numbers()
+        for path, f, _, _ in tree.numbers(model)
         if isinstance(f, Param) and f.alias
     }
     for name in several:
         expected = f"{argument}={shown(name)}: expected some of {listed([*parameters])}"
         try:
-            path = model.located(name) if isinstance(name, str) else name
+            path = tree.located(model, name) if isinstance(name, str) else name
         except Error as error:
             raise type(error)(f"{expected}: {str(error).partition(' Known:')[0]}") from None
         path = aliases.get(path, path)

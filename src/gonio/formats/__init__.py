@@ -30,10 +30,12 @@ from .. import files
 from ..base import provenance
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..base.reradiation import exchanges
 from ..declared import discover
 from ..declared.arguments import Declared, checked
 from ..declared.contents import Contents, Folder
 from ..errors import FluorescenceWarning, FormatError, NotFoundError, ParameterError, TooLargeError, warn
+from ..formula import tree
 from ..formula.state import freeze
 from ..models.sheet import Sheet
 from ..pictures.image import SUFFIXES as PICTURES
@@ -107,7 +109,7 @@ def _loaded(
 
         def known(part: Measured) -> Measured:
             part = provenance.noted(part, facts)
-            part = part if source == path else part.with_notes(path=str(path))
+            part = part if source == path else tree.with_notes(part, path=str(path))
             freeze(vars(part))
             _suspected.warn_of(part, path, "missing" in options)
             return part
@@ -175,7 +177,7 @@ def save(m: Reflectance, path: str | os.PathLike, format: FormatName | None = No
     """
     module = writer(path, format)
     write(m, path, module, options)
-    if m.exchanges and not getattr(module, "FLUORESCES", False):
+    if exchanges(m) and not getattr(module, "FLUORESCES", False):
         from ..integrals.photons import exchanged_in_words  # late: few materials fluoresce
 
         able = " or ".join(x.NAME for x in formats() if getattr(x, "FLUORESCES", False))

@@ -27,6 +27,7 @@ import numpy as np
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
+from ..formula import tree
 from ..tables.gridded import Gridded
 from ._layout import Axis, Layout
 from ._optical.angle_tables import (
@@ -165,7 +166,7 @@ def _tabulated(m: Reflectance, asked: Asked) -> np.ndarray:
         angles = [plain_text.degrees(x) for x in table.axes.values()]
         angles, f = (angles, f) if len(angles) == 4 else ([*angles[:2], np.zeros(1), angles[2]], f[:, :, None])
         incidence, polar, light, away = np.meshgrid(*angles, indexing="ij")
-        if not table.is_oriented():
+        if not tree.is_oriented(table):
             light, away = light + 180.0, 180.0 - away if table.is_mirrored else away + 180.0
         angles = [incidence, light + TRAVELS, polar, away]
     else:

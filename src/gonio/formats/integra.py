@@ -25,6 +25,7 @@ from ..base.measured import tabular_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import ParameterError, held_by
+from ..formula import tree
 from ..formula.direction import HORIZON
 from ..models._quarters import sheet_of
 from ..models.sheet import Sheet
@@ -278,11 +279,11 @@ def _lines(table: Gridded, values: np.ndarray, colour: str, heads: list[str]) ->
     values = values if table.channel_names is not None else values[..., None]
     angles, values = LAYOUT.written(table.axes, values, table.is_mirrored)
     source = next(iter(str(table.about.get("Source", "")).split()), "Measured")
-    symmetry = "PlaneSymmetrical" if table.is_mirrored else "ASymmetrical" + " 4D" * table.is_oriented()
+    symmetry = "PlaneSymmetrical" if table.is_mirrored else "ASymmetrical" + " 4D" * tree.is_oriented(table)
     data = "Intensity" if table.quantity == QUANTITIES["intensity"] else "Luminance"
     yield f"Source {source}\nTypeSym {symmetry}\nTypeColorModel {colour}\nTypeData {data} Absolute\n"
     for name, nodes in angles.items():
-        if name != "psi" or table.is_oriented():
+        if name != "psi" or tree.is_oriented(table):
             yield f"{name} {len(nodes)}\n{' '.join(map(plain_text.number, nodes))}\n"
     for k, head in enumerate(heads):
         ones = " ".join(["1"] * math.prod(values.shape[:2]))

@@ -29,6 +29,7 @@ from ..arrays import frozen, ops
 from ..base.measured import Measured
 from ..declared.arguments import Declared
 from ..errors import DependencyError, FormatError, MissingDataWarning, NotFoundError, ParameterError, held_by, warn
+from ..formula import tree
 from ..formula.state import Held, immutable, note
 from ..formula.text import listed, shown
 from ..models.ross_li import RossLi
@@ -348,7 +349,7 @@ class MCD43(RossLi, Measured):
         about = {name: x for name, x in self.about.items() if name != "quality"}  # the flags of the day that was read
         held = Days(self.weights, self.bands, self.days, self.places)
         new = MCD43(held, number, self.path, about)
-        return new.with_notes(provenance=self.provenance)
+        return tree.with_notes(new, provenance=self.provenance)
 
     @property
     def values(self) -> np.ndarray:

@@ -16,6 +16,7 @@ import numpy as np
 from ..arrays import frozen, ops
 from ..base.angles import direction
 from ..errors import FormatError, ParameterError
+from ..formula import tree
 from ..formula.state import note
 from ..polarization import realizable, to_frames
 from ..tables.interpolation import Rows, interpolated
@@ -115,6 +116,6 @@ class MuellerRows(Polarimetric, Scattered):
             behind = np.sin(self.rows[:, 3] - self.rows[:, 1]) < 0.0
             M = np.where(behind[:, None, None, None], M * MIRRORED, M)
         flat = M.reshape(len(wi), -1)
-        rows = Rows(self.rows, flat, None, self.is_oriented(), self.is_mirrored, self.outside)
+        rows = Rows(self.rows, flat, None, tree.is_oriented(self), self.is_mirrored, self.outside)
         nodes, _, _ = interpolated(rows, self.axes)
         return nodes

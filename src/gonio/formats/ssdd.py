@@ -26,6 +26,7 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError, held_by
 from ..files import replacing
+from ..formula import tree
 from ..models.sheet import Sheet
 from ..tables.angle_systems import SYSTEMS, angle_system
 from ..tables.axes import fits
@@ -265,7 +266,7 @@ def _said(m: Gridded, names: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _block_of(m: Gridded, kind_of_data: str) -> Block:
-    oriented = m.is_oriented()
+    oriented = tree.is_oriented(m)
     if m.parameterization == "relative" and oriented:
         m = _with_both_azimuths(m)
     coordinates, layout = next((c, x) for c, x in LAYOUT.items() if angle_system(x.system).axes(oriented) == (*m.axes,))

@@ -3,50 +3,44 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from ..arrays import Fixed, frozen, labels
+from ..arrays import frozen, labels
 from ..arrays.labels import Labels
 from ..errors import NotFoundError, ParameterError, TooLargeError
-from ._tree import Tree
+from . import tree
 from .bounds import EVALUATIONS, NESTED
 from .classes import Signature
-from .fields import Channels, Field, Param, Part, Table, Wavelengths, subclasses
+from .fields import Field, Param, Part, Table, subclasses
 from .state import derived
 from .text import shown, unknown
+from .value import Value
 
 
-class Made(Tree):
+class Made(Value):
     """A value as constructors make it."""
 
-    _lazy: bool = False
-    """Whether parameters are computed later, by Dask."""
-
-    repeats: ClassVar[int] = 1
+    _repeats: ClassVar[int] = 1
     """The number of times that formulas of this class evaluate those of its parts, in other directions each time."""
 
-    costs: ClassVar[int] = 0
+    _costs: ClassVar[int] = 0
     """The cost of the formulas of this class beside their parts, in simple formulas."""
-
-    declares: ClassVar[Mapping[str, str]] = {}
-    """Arguments of the constructor that are no fields -> their annotations."""
 
     __signature__ = Signature()
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kind, fields, settable = type(self).__name__, self.fields, self._settable()
-        if missing := self.unwritten():
+        if missing := self._unwritten():
             finished = subclasses(type(self))
             advice = f"use one of {finished}" if finished else "; ".join(to_write(type(self), x) for x in missing)
             raise ParameterError(f"{kind}(): an abstract base, without {' and '.join(missing)}; {advice}")
         if len(args) > len(settable):
             names = ", ".join(settable)
             raise ParameterError(f"{kind}: got {len(args)} values, expected at most {len(settable)}: {names}")
-        declared = {n: kwargs.pop(n) for n in self.declares if n in kwargs and n not in fields}
+        declared = {n: kwargs.pop(n) for n in self._declares if n in kwargs and n not in fields}
         values, aliases = dict(zip(settable, args, strict=False)), self._aliases()
         for name, value in kwargs.items():
             target = aliases.get(name, name)
@@ -61,7 +55,7 @@ class Made(Tree):
         self._take(declared)
 
     def _take(self, declared: dict[str, Any]) -> None:
-        """Become what arguments that are no fields say, see `declares`; for constructors alone."""
+        """Become what arguments that are no fields say, see `_declares`; for constructors alone."""
         given = {name: value for name, value in declared.items() if value is not None}
         if given:
             attributes = dict(self._declared(**given).__dict__)
@@ -74,31 +68,10 @@ class Made(Tree):
 
     @classmethod
     @cache
-    def unwritten(cls) -> list[str]:
-        """The abstract methods that neither this class nor a base of it writes: those of an abstract base.
-
-        Example
-        >>> print(gn.Reflectance.unwritten(), gn.Lambertian.unwritten())
-        ['formula'] []
-        """
+    def _unwritten(cls) -> list[str]:
+        """The abstract methods that neither this class nor a base of it writes: those of an abstract base."""
         names = [n for kind in cls.__mro__ for n, x in vars(kind).items() if getattr(x, "__isabstractmethod__", False)]
         return [name for name in names if getattr(getattr(cls, name), "__isabstractmethod__", False)]
-
-    @classmethod
-    @cache
-    def _settable(cls) -> list[str]:
-        return [n for n, f in cls.fields.items() if not isinstance(f, (Table, Channels, Wavelengths))]
-
-    @classmethod
-    def files_among(cls, arguments: Iterable[Any], named: Mapping[str, Any]) -> list[str]:
-        """The paths among these arguments, of files that the constructor would open.
-
-        Example
-        >>> print(gn.EnvironmentLight.files_among(["studio.exr"], {}))
-        ['studio.exr']
-        """
-        values = [*zip(cls._settable(), arguments, strict=False), *named.items()]
-        return [v for name, v in values if isinstance(v, str) and name in cls.fields and cls.fields[name].opens_files]
 
     @classmethod
     def _of_a_part(cls, name: str) -> str:
@@ -160,7 +133,7 @@ class Made(Tree):
         for name, of in own.items():
             attributes[name] = parts[name]._laid(whole, of)
         attributes.update({name: attributes[target] for name, target in self._tied.items()})
-        for path, _, value, owner in self._numbers():
+        for path, _, value, owner in tree.numbers(self):
             if getattr(value, "ndim", 0) > 1 and owner._labels is None and (owner is not self or path not in named):
                 rule = f"a map without names for its axes, beside {', '.join(map(str, whole.dims)) or 'named channels'}"
                 raise ParameterError(f"{kind}: {path} is {rule}; expected a DataArray for each map, or for none")
@@ -185,28 +158,18 @@ class Made(Tree):
         """Take over names of channels. Overridden where there are any."""
 
     @derived
-    def unlabelled(self) -> Self:
-        """The same without names of axes, for computations on plain arrays.
-
-        Example
-        >>> import xarray
-        >>> field = gn.Lambertian(xarray.DataArray([0.2, 0.4], dims="x"))
-        >>> for m in (field, field.unlabelled):
-        ...     print(type(m.f_angles(0.3, 0.0, 0.5, 1.0)).__name__)
-        ...
-        DataArray
-        ndarray
-        """
+    def _unlabelled(self) -> Self:
+        """The same without names of axes, for computations on plain arrays."""
         if self._labels is None:
             return self
-        parts = {n: self.__dict__[n].unlabelled for n, field in self.fields.items() if isinstance(field, Part)}
+        parts = {n: self.__dict__[n]._unlabelled for n, field in self.fields.items() if isinstance(field, Part)}
         return self._made_of(self.__dict__, parts, {"_labels": None})
 
     @derived
     def _size(self) -> tuple[int, int]:
         """The depth of nested parts, and the number of formulas to evaluate."""
-        sizes = [part._size for part in self._components()]
-        evaluations = self.costs + self.repeats * sum(n for _, n in sizes)
+        sizes = [part._size for part in tree.components(self)]
+        evaluations = self._costs + self._repeats * sum(n for _, n in sizes)
         return 1 + max((depth for depth, _ in sizes), default=0), max(1, evaluations)
 
     def _check_size(self) -> None:
@@ -218,25 +181,6 @@ class Made(Tree):
         if evaluations > EVALUATIONS:
             excess = f"as large as a sum of {evaluations} terms, expected at most {EVALUATIONS}; add fewer terms"
             raise ParameterError(f"{type(self).__name__}: {excess}, or nest fewer normal maps and coats in one another")
-
-    def _changed(self, values: dict[str, Any], kept: dict[str, Fixed] | None = None) -> Self:
-        """A copy, unchecked, with other values of fields; `kept`: all arrays that libraries convert once."""
-        kept = {n: x for n, x in self._kept.items() if n not in values} if kept is None else kept
-        attributes = self.__dict__
-        if not self.is_bound:  # bound copies hold tables by names of their own
-            names = ("_tied", "_holed", "_labels", "_lazy", "fields", *self.fields, *self.beside)
-            attributes = {n: attributes[n] for n in names if n in attributes}
-        return self._made_of(attributes, values, {"_kept": kept, "_derived": {}, "_alike": {}})
-
-    @classmethod
-    def unchecked(cls, **values: Any) -> Self:
-        """An instance made inside a formula, of numbers that are checked and converted already.
-
-        Example
-        >>> print(gn.GGX.unchecked(alpha_x=0.1, alpha_y=0.4).alpha_y)
-        0.4
-        """
-        return cls._made_of(values, {"_tied": {}, "_derived": {}, "_alike": {}})
 
     def validate(self) -> None:
         """Rules between fields; raises ParameterError. Overridden where there are any."""

@@ -91,7 +91,7 @@ def signature(kind: Any) -> inspect.Signature:
     for alias, names in aliases(kind).items():
         accepts = kind.fields[names[0]].accepts
         parameters.append(Parameter(alias, Parameter.KEYWORD_ONLY, default=..., annotation=accepts))
-    for name, accepts in kind.declares.items():
+    for name, accepts in kind._declares.items():
         if name not in kind.fields:
             parameters.append(Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=accepts))
     return inspect.Signature(sorted(parameters, key=lambda p: p.kind))

@@ -40,9 +40,9 @@ class Distribution(Parametrised):
     GGX(alpha_x=0.3) True
     """
 
-    noun: ClassVar[str] = "a distribution of facet normals"
-    reflects: ClassVar[str] = "gn.Microfacet({})"
-    known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+    _noun: ClassVar[str] = "a distribution of facet normals"
+    _reflects: ClassVar[str] = "gn.Microfacet({})"
+    _known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
         ("__call__", "f", "pdf", "sample", "eval"), "gn.Microfacet(distribution), which has f, pdf and sample"
     )
 

@@ -398,4 +398,4 @@ CLASSES: dict[str, type[Any]] = {}
 
 def subclasses(kind: type[Any]) -> str:
     """The names of the classes of a kind, without abstract bases, for messages."""
-    return few(name for name, c in CLASSES.items() if issubclass(c, kind) and not c.unwritten())
+    return few(name for name, c in CLASSES.items() if issubclass(c, kind) and not c._unwritten())

@@ -17,8 +17,8 @@ class Fresnel(Parametrised):
     [0.04 0.67]
     """
 
-    noun: ClassVar[str] = "a Fresnel term"
-    reflects: ClassVar[str] = "gn.Microfacet(gn.GGX(0.1), {})"
+    _noun: ClassVar[str] = "a Fresnel term"
+    _reflects: ClassVar[str] = "gn.Microfacet(gn.GGX(0.1), {})"
 
     @abstractmethod
     def F(self, cos_theta: Any) -> Any:

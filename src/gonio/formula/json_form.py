@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotFoundError, ParameterError
+from . import tree
 from .blackbody import Blackbody
 from .bounds import CHANNELS, EVALUATIONS, NESTED
 from .dispersion import Dispersion
@@ -30,7 +31,7 @@ def kind_of(name: str) -> type[Parametrised] | None:
 
 
 def _may_be_named(kind: type[Parametrised]) -> bool:
-    return kind.has_text and not kind.unwritten()
+    return kind._has_text and not kind._unwritten()
 
 
 def from_json(data: Any, files: bool = False, depth: int = 1) -> Any:
@@ -62,7 +63,7 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     head = {"type", "module"} - kind.fields.keys()
     named = {"channel_names"} - kind.fields.keys() if hasattr(kind, "with_channels") else set()
     arguments = {k: from_json(v, files, depth + 1) for k, v in data.items() if k not in head | named}
-    if not files and (paths := kind.files_among([], arguments)):
+    if not files and (paths := tree.files_among(kind, [], arguments)):
         raise ParameterError(
             f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"
         )

@@ -1,11 +1,11 @@
-"""Values made of declared parameters: equality, repr, replacing by dotted path, binding for evaluation.
+"""Values made of declared parameters: what their classes declare, their parameters, replacing by dotted path.
 
-How they are made is in `_making.py`, and how one looks into them in `_tree.py`.
+How they are made is in `_making.py`, what each of them holds in `value.py`, and functions of all in `tree.py`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from types import NoneType
 from typing import Any, ClassVar, Self
 
@@ -13,12 +13,13 @@ import numpy as np
 
 from ..arrays import Fixed
 from ..errors import ParameterError, UnwrittenError
+from . import tree
 from ._making import Made, to_write
 from .classes import Docstring, register
 from .exchange import Exchange
-from .fields import Channels, Field, Numbers, Ours, Param, Part, Table, Wavelengths
+from .fields import Field, Numbers, Ours, Param, Parameter, Part, Table, Wavelengths
 from .spectrum import Spectrum, as_wavelengths, interpolated
-from .state import Beside, Note
+from .state import Beside
 from .text import shown
 from .value import Value
 
@@ -27,29 +28,77 @@ _PLAIN = (float, int, np.ndarray, list, tuple, np.float64, np.float32)
 
 
 class Parametrised(Made):
-    """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields."""
+    """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields.
 
-    noun: ClassVar[str] = "a value"
+    A class says more of itself where it names its base; those derived from it say the same, unless they write it anew.
+
+    oriented  whether x and y differ: turning all directions about the normal may change its values; if it does not say,
+              whether they do for a part
+    costs     of its formulas beside those of its parts, in simple formulas: there is a limit to how many nest
+    repeats   how many times its formulas evaluate those of its parts, in other directions each time
+    has_text  whether values are written as expressions and as JSON; lobes and tables are not
+
+    Example
+    >>> from gonio.authoring import Reflectance, param, tree
+    >>> class Grooved(Reflectance, oriented=True):
+    ...     "A surface that is brighter along x."
+    ...     rho = param(0.5, 0.0, 1.0, "albedo")
+    ...
+    ...     def formula(self, wi, wo):
+    ...         return self.rho * (1.0 + wi.x * wi.x * wo.x * wo.x) / (1.25 * np.pi)
+    ...
+    >>> print(tree.is_oriented(Grooved()))
+    True
+    """
+
+    _noun: ClassVar[str] = "a value"
     """What messages call it."""
-    reflects: ClassVar[str] = "gn.Lambertian(0.5)"
+    _reflects: ClassVar[str] = "gn.Lambertian(0.5)"
     """What messages advise to write where it is given for a reflectance; {} stands for it."""
-    has_text: ClassVar[bool] = True
-    """Whether values of this class are written as expressions and as JSON."""
+    _has_text: ClassVar[bool] = True
 
-    def __init_subclass__(cls, **kwargs: Any) -> None:
+    def __init_subclass__(
+        cls,
+        oriented: bool | None = None,
+        costs: int | None = None,
+        repeats: int | None = None,
+        has_text: bool | None = None,
+        **kwargs: Any,
+    ) -> None:
         super().__init_subclass__(**kwargs)
+        said = {"_oriented": oriented, "_costs": costs, "_repeats": repeats, "_has_text": has_text}
+        for name, value in said.items():
+            if value is not None:
+                setattr(cls, name, value)
         bases = [base for base in cls.__bases__ if issubclass(base, Parametrised)]
         own = vars(cls)
         # A field written again keeps its place; one that stands for another attribute of a base has its own.
-        kept = [name for base in bases for name in (*base.fields, *(n for n in base.beside if n not in own))]
+        kept = [name for base in bases for name in (*base.fields, *(n for n in base._beside if n not in own))]
         declared = {name: _declared(cls, name) for name in kept} | own
         cls.fields = {name: x for name, x in declared.items() if isinstance(x, Field)}
-        cls.beside = {name: x for name, x in declared.items() if isinstance(x, Beside)}
+        cls._beside = {name: x for name, x in declared.items() if isinstance(x, Beside)}
         cls.__doc__ = Docstring(vars(cls).get("__doc__"))  # type: ignore[assignment]  # composed when it is read
         register(cls)
 
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Dotted path -> value, bounds, meaning and unit of every number this depends on.
+
+        Example
+        >>> for path, p in gn.Microfacet(gn.GGX(0.1)).parameters.items():
+        ...     print(path, p.value, p.low, p.high)
+        ...
+        distribution.alpha_x 0.1 0.001 1.0
+        fresnel.reflectance 1.0 0.0 1.0
+        """
+        return {
+            path: Parameter(value, field.low, field.high, field.doc, field.unit)
+            for path, field, value, _ in tree.numbers(self)
+            if isinstance(field, Param)
+        }
+
     def _meant(self, name: str) -> str:
-        for path, field, _, _ in self.walk():
+        for path, field, _, _ in tree.walk(self):
             if name in (field.name, getattr(field, "alias", None)) and isinstance(field, Param):
                 return f"; write m.parameters[{path!r}].value"
         return super()._meant(name)
@@ -111,7 +160,7 @@ class Parametrised(Made):
             rule = 'expected a dictionary such as {"1.distribution.alpha_x": 0.3}, or names: m.replace(rho=0.3)'
             raise ParameterError(f"replace({shown(changes)}): {rule}")
         every = {**(changes or {}), **kwargs}
-        return self._with_paths([(name, self.located(name), value) for name, value in every.items()])
+        return self._with_paths([(name, tree.located(self, name), value) for name, value in every.items()])
 
     def _with_paths(self, changes: Iterable[tuple[str, str, Any]]) -> Self:
         """A copy with other values, each given by the name that messages call it, and its path."""
@@ -154,7 +203,7 @@ class Parametrised(Made):
                 value = values[name] = field.check(kind, value)
                 if value._labels is not None or value._lazy:
                     return None
-                alike = alike and value.alike is old.alike
+                alike = alike and value._alike is old._alike
             elif isinstance(field, Param) and type(value) in _PLAIN:
                 value = values[name] = field.check(kind, value)
                 alike = alike and type(value) is type(old) and (type(value) is float or value.shape == old.shape)
@@ -186,7 +235,7 @@ class Parametrised(Made):
         """A copy with other values, all of which are checked."""
         values = {name: self._argument(name) for name, _, _ in self._free()} | self._tied | changes
         attributes = self.__dict__
-        new = self._made_of({n: attributes[n] for n in (*self.beside, "fields") if n in attributes})
+        new = self._made_of({n: attributes[n] for n in (*self._beside, "fields") if n in attributes})
         new._set(values)
         new.validate()
         if not any(
@@ -203,82 +252,6 @@ class Parametrised(Made):
         if name in self._holed:
             return np.ma.masked_invalid(value)
         return Ours(value) if isinstance(self.fields[name], Table) and value is not None else value
-
-    def rebuilt(self, change: Callable[[str, Field, Any], Any], prefix: str = "") -> Self:
-        """A copy, unchecked, with `change(path, field, value)` for every number; itself where that changes none.
-
-        Example
-        >>> print(*gn.GGX(0.1, 0.4).rebuilt(lambda path, field, value: 0.5 * value).leaves())
-        0.05 0.2
-        """
-        changes: dict[str, Any] = {}
-        for name, field in self.fields.items():
-            value: Any = self._numbers_of(name, field)
-            if name in self._tied:
-                new = changes.get(self._tied[name], value)
-            elif isinstance(field, Numbers):
-                new = change(prefix + name, field, value)
-            elif isinstance(field, Part):
-                new = value.rebuilt(change, f"{prefix}{name}.")
-            else:
-                continue
-            if new is not value:
-                changes[name] = new
-        return self._changed(changes) if changes else self
-
-    def with_values(self, values: dict[str, Any]) -> Self:
-        """A copy with other numbers, by path, unchecked: for libraries that put values of their own kinds there.
-
-        Example
-        >>> print(gn.GGX(0.1).with_values({"alpha_x": 0.3}).alpha_x)
-        0.3
-        """
-        return self.rebuilt(lambda path, _, value: values.get(path, value))
-
-    def each(self, change: Callable[[Any], Any]) -> Self:
-        """A copy, unchecked, with `change` applied to the value of every parameter, and to wavelengths.
-
-        Example
-        >>> print(*gn.GGX(0.1, 0.4).each(lambda value: 2.0 * value).leaves())
-        0.2 0.8
-        """
-        return self.rebuilt(lambda _, field, value: value if isinstance(field, Channels) else change(value))
-
-    def merged(self, merge: Callable[[Any, str], Any]) -> Self:
-        """A copy, unchecked, with `merge` applied to every number and its way of merging channels for sampling.
-
-        Example
-        >>> print(gn.Lambertian([0.6, 0.1, 0.05]).merged(lambda value, way: value.max()).rho)
-        0.6
-        """
-        return self.rebuilt(lambda _, field, value: merge(value, getattr(field, "sampled", "mean")))
-
-    def bind(self, convert: Callable[[Any], Any], table: Callable[[Fixed], Any]) -> Self:
-        """A copy for evaluation, unchecked: `convert` applied to every number, `table` to every lookup table.
-
-        It holds words and state besides, and nothing else: a formula that reads more fails, for no trace knows of it.
-
-        Example
-        >>> print(gn.GGX(0.1, 0.4).bind(np.float32, lambda table: table).alpha_y.dtype)
-        float32
-        """
-        attributes, kept, tied = self.__dict__, self._kept, self._tied
-        bound = {"_tied": tied, "_holed": self._holed, "_derived": {}, "_alike": {}, "is_bound": True}
-        for name in ("fields", *self.beside):  # a loop: for a comprehension torch.compile would look at every array
-            if name in attributes and not isinstance(self.beside.get(name), Note):
-                bound[name] = attributes[name]
-        for name, field in self.fields.items():
-            if isinstance(field, Numbers):
-                value = kept[name] if name in kept else attributes[name]
-                bound[name] = bound[tied[name]] if name in tied else convert(value)
-            elif isinstance(field, Part):
-                bound[name] = attributes[name].bind(convert, table)
-            elif not isinstance(field, Table) and name not in kept:
-                bound[name] = attributes[name]
-        for name, numbers in kept.items():
-            if name not in bound:
-                bound[name] = table(numbers)
-        return self._made_of(bound)
 
 
 def _declared(kind: type, name: str) -> Any:

@@ -38,7 +38,7 @@ class Note(Beside):
     """A fact about a value. Formulas do not see it, so no trace depends on it."""
 
     def __get__(self, owner: Any, kind: type) -> Any:
-        if owner is not None and owner.is_bound:
+        if owner is not None and owner._is_bound:
             raise AttributeError(
                 f"{kind.__name__}.{self.name} is a note, which formulas do not see; declare a state(...)"
             )
@@ -66,7 +66,7 @@ class known(Beside):
         self.function, self.__doc__ = function, function.__doc__
 
     def __get__(self, owner: Any, kind: type) -> Any:
-        if owner is not None and owner.is_bound:
+        if owner is not None and owner._is_bound:
             raise AttributeError(f"{kind.__name__}.{self.name} is nothing that formulas see; declare a field")
         return self if owner is None else self.function(owner)
 
@@ -95,7 +95,7 @@ def state(default: Any = None) -> Any:
 
 
 def note(default: Any = None) -> Any:
-    """A fact about a value, such as the file it is from; `m.with_notes(...)` is a copy with other facts."""
+    """A fact about a value, such as the file it is from; `tree.with_notes(m, ...)` is a copy with other facts."""
     return Note(default)
 
 

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
 from ..arrays import Fixed, ops
+from ..arrays.labels import Labels
 from ..declared.namespace import places_of, value_at
 from ..declared.notebooks import repr_html
 from ..errors import AccessError, ParameterError, suggestion
 from .classes import json_name
-from .fields import Channels, Field, Table, Wavelengths
+from .exchange import Exchange
+from .fields import Channels, Field, Param, Table, Wavelengths
 from .spectrum import Spectrum
-from .state import Beside, Note, State, freeze, immutable
+from .state import Beside, State, freeze
 from .text import literal
 from .texture import Texture
 
@@ -26,44 +29,42 @@ class Value:
     _repr_html_ = repr_html
 
     fields: dict[str, Field] = {}  # noqa: RUF012  (each class gets its own)
-    beside: ClassVar[dict[str, Beside]] = {}
-    """The declarations made with `state` and `note`."""
-    known_elsewhere: ClassVar[dict[str, str]] = {}
-    """Names that other programs have for something -> what it is here, for messages."""
-    is_bound = False
-    """Whether this is a copy for formulas, which holds the numbers they compute with and no notes."""
 
+    _beside: ClassVar[dict[str, Beside]] = {}
+    """The declarations made with `state` and `note`."""
+    _declares: ClassVar[Mapping[str, str]] = {}
+    """Arguments of the constructor that are no fields -> their annotations."""
+    _known_elsewhere: ClassVar[dict[str, str]] = {}
+    """Names that other programs have for something -> what it is here, for messages."""
+    _oriented: ClassVar[bool | None] = None
+    """Whether x and y differ for this class: turning all directions about the normal may change its values. None: they
+    do where they differ for a part."""
+
+    _is_bound = False
+    """Whether this is a copy for formulas, which holds the numbers they compute with and no notes."""
+    _labels: Labels | None = None
+    """The names of the axes of parameters, where some were given as arrays that have them: all maps have these axes."""
+    _lazy = False
+    """Whether parameters are computed later, by Dask."""
     _tied: dict[str, str]
     _kept: dict[str, Fixed] = {}  # noqa: RUF012  (each instance with arrays gets its own)
     _holed: frozenset[str] = frozenset()  # names of parameters of which some entries were masked, and are NaN
     _derived: dict[Any, Any]
     """Derived values, by the functions that compute them: shared by copies that differ in notes alone."""
     _alike: dict[Any, Any]
-    """The same for what follows from the structure alone, `Parametrised.alike`: shared by copies with other numbers."""
+    """The same for what follows from the structure and from the shapes of numbers alone: shared by copies with other
+    numbers."""
 
     def _hold(self, **attributes: Any) -> None:
         """Set declared state and notes, or a field as it is; for constructors alone."""
         for name, value in attributes.items():
-            if isinstance(self.beside.get(name), State):
+            if isinstance(self._beside.get(name), State):
                 hash(value)  # raises TypeError where it cannot be the key of a trace
             elif name in self.fields:
                 self._kept.pop(name, None)
-            elif name not in self.beside:
+            elif name not in self._beside:
                 raise AttributeError(f"{type(self).__name__} declares no {name!r}; write {name} = state() or note()")
             self.__dict__[name] = value
-
-    def with_notes(self, **notes: Any) -> Self:
-        """A copy with other notes, such as `provenance`; all else is the same.
-
-        Example
-        >>> m = gn.Lambertian([0.2, 0.4]).with_notes(channel_names=(550.0, 650.0))
-        >>> print(m.channel_names, m.replace(rho=[0.3, 0.3]).channel_names)
-        (550.0, 650.0) (550.0, 650.0)
-        """
-        for name in notes:
-            if not isinstance(self.beside.get(name), Note):
-                raise AccessError(f"{type(self).__name__} has no note {name!r}; {name} = note() declares one")
-        return self._made_of(self.__dict__, {name: immutable(value) for name, value in notes.items()})
 
     def _given(self, name: str) -> Any:
         """State or a note that this very value was given; None where it is a default, or inferred."""
@@ -82,9 +83,34 @@ class Value:
             new.__dict__.update(some)
         return new
 
+    def _changed(self, values: dict[str, Any], kept: dict[str, Fixed] | None = None) -> Self:
+        """A copy, unchecked, with other values of fields; `kept`: all arrays that libraries convert once."""
+        kept = {n: x for n, x in self._kept.items() if n not in values} if kept is None else kept
+        attributes = self.__dict__
+        if not self._is_bound:  # bound copies hold tables by names of their own
+            names = ("_tied", "_holed", "_labels", "_lazy", "fields", *self.fields, *self._beside)
+            attributes = {n: attributes[n] for n in names if n in attributes}
+        return self._made_of(attributes, values, {"_kept": kept, "_derived": {}, "_alike": {}})
+
     def _free(self) -> Iterator[tuple[str, Field, Any]]:
         """Declared fields with their values, without fields that are tied to another."""
         return ((name, field, self.__dict__[name]) for name, field in self.fields.items() if name not in self._tied)
+
+    def _numbers_of(self, name: str, field: Field) -> Any:
+        """The value of a field as formulas have it: of a matrix its diagonal."""
+        if isinstance(field, Exchange) and name in self._kept:
+            return self._kept[name].numbers
+        return self.__dict__.get(name)
+
+    @classmethod
+    @cache
+    def _aliases(cls) -> dict[str, str]:
+        return {f.alias: n for n, f in cls.fields.items() if isinstance(f, Param) and f.alias}
+
+    @classmethod
+    @cache
+    def _settable(cls) -> list[str]:
+        return [n for n, f in cls.fields.items() if not isinstance(f, (Table, Channels, Wavelengths))]
 
     if not TYPE_CHECKING:  # to a type checker there are no such attributes
 
@@ -102,8 +128,8 @@ class Value:
 
     def _meant(self, name: str) -> str:
         """The end of a message about an unknown name: "; write m.f(wi, wo)"."""
-        if name in self.known_elsewhere:
-            return f"; write {self.known_elsewhere[name]}"
+        if name in self._known_elsewhere:
+            return f"; write {self._known_elsewhere[name]}"
         for place in places_of(name):  # of a public function
             needed = _needed(value_at(place))
             if needed[:1] == ["m"]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..errors import ParameterError
+from . import tree
 from .direction import Direction, normalize
 from .fields import Part, param
 from .parametrised import Parametrised
@@ -140,7 +141,8 @@ def moved(value: T, by: Sequence[float]) -> T:
     >>> print(moved(gn.SpotLight([0.0, 0.0, 2.0], [0.0, 0.0, -1.0]), (1e6, 0.0, 0.0)).position)
     [1000000.0, 0.0, 2.0]
     """
-    places = [(path, held) for path, field, held, _ in value.walk() if isinstance(field, Vector) and field.is_place]
-    return value.with_values(
-        {f"{path}.{axis}": x + d for path, held in places for axis, x, d in zip("xyz", held.vector, by, strict=True)}
+    places = [(path, held) for path, field, held, _ in tree.walk(value) if isinstance(field, Vector) and field.is_place]
+    return tree.with_values(
+        value,
+        {f"{path}.{axis}": x + d for path, held in places for axis, x, d in zip("xyz", held.vector, by, strict=True)},
     )

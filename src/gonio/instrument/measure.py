@@ -14,6 +14,7 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import BELOW_HORIZON, Declared, Seed, checked
 from ..errors import ParameterError, ToleranceWarning, shown, warn
 from ..evaluate import batch
+from ..formula import tree
 from ..formula.state import note
 from ..surfaces.height_field import HeightField
 from ..tables.gridded import Gridded
@@ -181,7 +182,7 @@ def gonioreflectometer(
             "error": float(report.error.max()),
         },
     )
-    return table.with_notes(bounces=tally.per_bounce(), converged=converged, report=report)
+    return tree.with_notes(table, bounces=tally.per_bounce(), converged=converged, report=report)
 
 
 class _Surfaces:

@@ -11,6 +11,7 @@ import numpy as np
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..evaluate.computation import composite
+from ..formula import tree
 from ..formula.parametrised import Parametrised
 from ..machine.caches import kept
 from ..numerics.lattice import lattice
@@ -93,7 +94,7 @@ class _Walk:
     def __init__(
         self, scene: Parametrised, facet: float | Reflectance, size: int, bounces: int, rng: np.random.Generator
     ):
-        self.scenes = [scene.with_values({"steps": float(steps)}) for steps in PATIENCE]
+        self.scenes = [tree.with_values(scene, {"steps": float(steps)}) for steps in PATIENCE]
         self.facet, self.size, self.rng, self.mirrors = facet, size, rng, isinstance(facet, float)
         self.cells: Any = 0.0
         self.lost: Any = 0.0

@@ -23,6 +23,7 @@ import numpy as np
 
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import HORIZON
 from ..formula.distribution import Distribution
 from ..numerics.quadrature import Integrals, in_order
@@ -53,12 +54,12 @@ Direct = Callable[[np.ndarray, np.ndarray, np.ndarray], Integrals]
 
 def is_even(part: Any) -> bool:
     """Whether turning both directions about the normal changes nothing, as it is declared."""
-    if not part.is_oriented():
+    if not tree.is_oriented(part):
         return True
     if isinstance(part, Distribution) and hasattr(part, "alpha_x") and hasattr(part, "alpha_y"):
         return np.array_equal(part.alpha_x, part.alpha_y)
-    oriented = [inner for inner in part._components() if inner.is_oriented()]
-    return bool(oriented) and not part.oriented and all(map(is_even, oriented))
+    oriented = [inner for inner in tree.components(part) if tree.is_oriented(inner)]
+    return bool(oriented) and not part._oriented and all(map(is_even, oriented))
 
 
 def by_polar_angle(
@@ -81,7 +82,7 @@ def by_polar_angle(
 
 def _bends(lobe: Reflectance) -> np.ndarray:
     """The polar angles [rad] of nodes of tables: from one to the next integrals are smooth, or nearly so."""
-    tables = {id(owner): owner for _, _, _, owner in lobe.walk() if isinstance(owner, Measured)}
+    tables = {id(owner): owner for _, _, _, owner in tree.walk(lobe) if isinstance(owner, Measured)}
     axes = (getattr(owner, "axes", {}).get(name, ()) for owner in tables.values() for name in ("theta_i", "theta_o"))
     return np.concatenate([np.zeros(0), *axes])
 

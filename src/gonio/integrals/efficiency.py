@@ -14,6 +14,7 @@ from ..base.angles import direction
 from ..base.kernels import shares_of, together
 from ..base.reflectance import Reflectance, weighed
 from ..errors import MissingDataWarning
+from ..formula import tree
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
 
@@ -49,7 +50,7 @@ def sampling_efficiency(m: Reflectance) -> list[Efficiency]:
     Not random: 65536 evenly spread numbers.
     """
     groups = together(m)
-    merged = m.merged(LIBRARIES["numpy"].merge_channels)
+    merged = tree.merged(m, LIBRARIES["numpy"].merge_channels)
     rows = []
     for theta in VIEWS:
         view = direction(math.radians(theta), 0.3)

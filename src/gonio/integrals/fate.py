@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..base.reradiation import exchanges
 from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
 from .albedo import kept_albedo
@@ -69,11 +70,8 @@ def fate(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4) -> Fate:
 def leaving(m: Reflectance, wi: Any, tolerance: float, return_error: bool = False) -> Any:
     """The fractions of the energy of light from wi that leave to its side, at all wavelengths, and to the other one;
     with `return_error` both as `Integral`."""
-    R, T = (
-        kept_albedo(m, wi, tolerance, return_error=return_error),
-        transmittance(m, wi, tolerance, return_error=return_error),
-    )
-    if not m.exchanges:
+    R, T = (of(m, wi, tolerance, return_error=return_error) for of in (kept_albedo, transmittance))
+    if not exchanges(m):
         return R, T
     sent = reradiated_energy(m, wi, tolerance, return_error=return_error)
     return Integral(R.value + sent.value, R.error + sent.error) if return_error else R + sent, T

@@ -14,9 +14,10 @@ import numpy as np
 from ..base.light import Light
 from ..base.one_channel import of_channel
 from ..base.reflectance import Reflectance
+from ..base.reradiation import exchanges
 from ..base.under_light import glow
 from ..evaluate import batch
-from ..formula import bands
+from ..formula import bands, tree
 
 
 def glows(
@@ -27,7 +28,7 @@ def glows(
 
     `power` (C,): the energy of light in the band of each channel where its number is 1; if not given the same in all.
     """
-    if not m.exchanges:
+    if not exchanges(m):
         return []
     unit = np.ones(m.channels or 1) if power is None else power
     found: dict[bytes, tuple[np.ndarray, list[Light]]] = {}
@@ -48,7 +49,7 @@ def widths(m: Reflectance) -> np.ndarray:
 
 def taken_apart(light: Light, channels: int) -> Iterator[tuple[np.ndarray, Light]]:
     """Spectra (C,) and lights of one channel, whose products are together the light."""
-    several = [(path, field, x) for path, field, x, _ in light._numbers() if np.ndim(x) and np.shape(x)[-1] > 1]
+    several = [(path, field, x) for path, field, x, _ in tree.numbers(light) if np.ndim(x) and np.shape(x)[-1] > 1]
     if not several and light.is_formula():
         yield np.ones(channels), light
         return
@@ -56,7 +57,7 @@ def taken_apart(light: Light, channels: int) -> Iterator[tuple[np.ndarray, Light
         path, field, x = several[0]
         # Light is in proportion to its only number in watts.
         if getattr(field, "unit", "").startswith("W") and x.shape == (channels,):
-            yield x.astype(float), light.with_values({path: 1.0})
+            yield x.astype(float), tree.with_values(light, {path: 1.0})
             return
     lit = channels_of(light)
     if lit == 1:

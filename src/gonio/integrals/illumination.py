@@ -18,6 +18,7 @@ from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance, Sum
+from ..base.reradiation import exchanges
 from ..declared.arguments import checked
 from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
 from ..evaluate import batch
@@ -97,9 +98,9 @@ def reflected_radiance(
     local_wo = local.to_local(lib, wo)
     for light in lights:
         light.check_position(position)
-        if m.exchanges or not light.is_delta:
+        if exchanges(m) or not light.is_delta:
             check_channels(m.channels or 1, light, channels_of(light))
-    glowing = glows(m, lights, widths(m) if m.exchanges and any(map(has_spectra, given)) else None)
+    glowing = glows(m, lights, widths(m) if exchanges(m) and any(map(has_spectra, given)) else None)
     lit = [(m, light) for light in lights] + [(glow, light) for glow, several in glowing for light in several]
     parts = [delta_radiance(x, light, local, local_wo, position) for x, light in lit if light.is_delta]
     fields = [(x, light) for x, light in lit if not light.is_delta]

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance, lobes_on
-from ..base.reradiation import warn_of_reradiation
+from ..base.reradiation import exchanges, warn_of_reradiation
 from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..evaluate import batch
@@ -127,7 +127,7 @@ def _lit(m: Reflectance, sky: Any) -> Reflectance:
     """A material that fluoresces as it is under a sky of one spectrum; others as they are."""
     for light in () if sky is None else as_lights(sky):
         check_channels(m.channels or 1, light, channels_of(light))
-    if sky is None or not m.exchanges:
+    if sky is None or not exchanges(m):
         warn_of_reradiation(m, "gn.reflectance(m, sky=light)")
         return m
     spectra = [s for light in as_lights(sky) for s, _ in taken_apart(light.in_numpy(), m.channels or 1)]

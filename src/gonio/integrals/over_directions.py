@@ -15,6 +15,7 @@ from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
 from ..evaluate.tracing import Task
+from ..formula import tree
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Channels, Numbers
 from ..numerics.quadrature import NODES, Evaluate, Goal, Integrals, Sums, cubature, in_order, of_squares, place, weighed
@@ -79,7 +80,7 @@ def _beside(groups: Iterable[Integrals]) -> Integrals:
 def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
     """First channels and ends of the groups that are integrated together, because their lobes are equally wide;
     (0, 0) for a lobe without channels, or of one, which lights may have more of."""
-    plain = ((f, x) for _, f, x, _ in lobe.walk() if isinstance(f, Numbers) and not isinstance(f, Channels))
+    plain = ((f, x) for _, f, x, _ in tree.walk(lobe) if isinstance(f, Numbers) and not isinstance(f, Channels))
     numbers = [(getattr(f, "sampled", "mean"), x) for f, x in plain if np.ndim(x)]
     count = max((x.shape[-1] for _, x in numbers), default=0)
     widths = [x for sampled, x in numbers if sampled != "mean" and x.shape[-1] > 1]
@@ -109,7 +110,7 @@ class _Integrand(NamedTuple):
             return value[..., first:last] if np.ndim(value) and value.shape[-1] > 1 else value
 
         light = None if radiance is None else lambda there, index: channels(radiance(there, index))
-        only = lobe.rebuilt(lambda _, field, value: channels(value))
+        only = tree.rebuilt(lobe, lambda _, field, value: channels(value))
         return self._replace(lobe=only, over=self.over._replace(radiance=light))
 
     def alike(self) -> Iterator[_Integrand]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import LeftOutWarning, warn
+from ..formula import tree
 from .albedo import albedo
 from .transmittance import transmittance
 
@@ -21,7 +22,7 @@ DIRECTIONS = 16
 def tell_of_lost_light(who: str, m: Reflectance, wi: Any) -> None:
     """Say how much light the facets of a material lose that scatter it twice, and of which part: for directions that
     an albedo has been found at."""
-    parts = [m, *(value for _, _, value, _ in m.walk() if isinstance(value, Reflectance))]
+    parts = [m, *(value for _, _, value, _ in tree.walk(m) if isinstance(value, Reflectance))]
     several = [(part, white) for part in parts if (white := part.single_scatter) is not None]
     every = np.asarray(wi, float).reshape(-1, 3)
     if not several or not len(every):

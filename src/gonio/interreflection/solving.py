@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..base.reradiation import exchanges
 from ..base.under_light import glow
 from ..declared.arguments import checked
 from ..errors import LeftOutWarning, ParameterError, ShapeError, ToleranceWarning, TooLargeError, shown, warn
@@ -144,7 +145,7 @@ def radiosity(
     materials = _materials(scene)
     albedo, exitance = _of_parts(scene, materials)
     _tell_of_shine(materials)
-    sent = {number: _sent(number, m) for number, m in enumerate(materials) if m.exchanges}
+    sent = {number: _sent(number, m) for number, m in enumerate(materials) if exchanges(m)}
     rays = int(np.clip(np.ceil(5.12 / tolerance), 16, 1 << 14))
     corners, is_lamp, strength = whole.corners, *_lamps(whole, exitance)
 

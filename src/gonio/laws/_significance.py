@@ -19,6 +19,7 @@ from scipy.spatial import KDTree
 from scipy.special import gammaincc, log_ndtr, ndtr
 
 from ..base.angles import direction
+from ..formula import tree
 from ..integrals.albedo import albedo, white_sky_albedo
 from ..integrals.cones import Hemisphere
 from ..integrals.nine import reflectance_factor
@@ -314,7 +315,7 @@ def both_ways(m: Gridded) -> BothWays:
     """The pairs of directions that were measured both ways, each once; of large tables of some of them."""
     if isinstance(m, Scattered):
         exchanged = m.rows[:, [2, 3, 0, 1]]
-        places, turned = (places_of(rows, m.is_oriented(), m.is_mirrored) for rows in (m.rows, exchanged))
+        places, turned = (places_of(rows, tree.is_oriented(m), m.is_mirrored) for rows in (m.rows, exchanged))
         distance, back = KDTree(places).query(turned)
         there, found = np.arange(len(places)), distance < SAME_PAIR
     else:

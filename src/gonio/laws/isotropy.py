@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ._probes import degrees, difference, everywhere, largest, pairs, some, values
 from ._verdict import Findings, at_most
 
@@ -43,10 +44,10 @@ def law(m: Reflectance) -> Findings:
             f"isotropic, but handed: phi -> -phi changes f by up to {flipped:.2g} of its mean; f depends on theta_i, "
             "theta_o and phi_o - phi_i with its sign"
         )
-    if not isotropic and any(lobe.is_oriented() for _, lobe in m.lobes()):
+    if not isotropic and any(tree.is_oriented(lobe) for _, lobe in m.lobes()):
         changes_too = "phi -> -phi changes nothing" if bilateral else "so does phi -> -phi"
         yield f"anisotropic: turning by {turn:.0f} degrees changes f by {value:.2g} of its mean, {changes_too}"
         return
-    why = f"turning both directions by {turn:.0f} degrees changes f; `oriented = True` declares it"
+    why = f"turning both directions by {turn:.0f} degrees changes f; `class ...(..., oriented=True)` declares it"
     rule = "|f - f turned|/mean = {value} <= {tolerance}"
     yield at_most("isotropy", value, TOLERANCE, rule, degrees(wi[at], wo[at]), why)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import Param, Part
 from ._probes import degrees, largest, samples, weights
@@ -42,7 +43,7 @@ class Narrowing(NamedTuple):
 
 def narrow_ends(m: Reflectance) -> Iterator[tuple[str, Any, float]]:
     """Path, value and narrow bound of every width."""
-    for path, field, value in m.settable():
+    for path, field, value in tree.settable(m):
         if isinstance(field, Param) and field.sampled in ("max", "min") and path in m.parameters:
             yield path, value, field.low if field.sampled == "max" else field.high
 

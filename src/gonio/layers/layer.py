@@ -24,7 +24,7 @@ class Layer(Parametrised):
     ['Interface', 'RoughInterface', 'Medium']
     """
 
-    noun: ClassVar[str] = "a layer"
+    _noun: ClassVar[str] = "a layer"
 
 
 class Interface(Layer):

@@ -12,6 +12,7 @@ import numpy as np
 from ..arrays import Fixed, ops
 from ..base.reflectance import Reflectance
 from ..errors import TooLargeError
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import channels as channel_field
 from ..formula.fresnel.dielectric import fresnel_dielectric
@@ -33,13 +34,12 @@ TABLES = ("splines", "shape")
 L = TypeVar("L", bound="_Layered")
 
 
-class _Layered(Reflectance):
+class _Layered(Reflectance, costs=20):
     """Base of stacks and of their lobes."""
 
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "a Fourier series that ends somewhere rings about 0",
     }
-    costs = 20
 
     tolerance: float = state(1e-3)
     paths: tuple[str, ...] = state(())
@@ -68,7 +68,7 @@ class _Layered(Reflectance):
         >>> print(gn.Stack([gn.Interface(1.5)], gn.Lambertian(0.5)).layers)
         (Interface(eta=1.5),)
         """
-        return tuple(part for part in self._components() if isinstance(part, AnyLayer))
+        return tuple(part for part in tree.components(self) if isinstance(part, AnyLayer))
 
     @property
     def sides(self) -> str:

@@ -9,6 +9,7 @@ from ..arrays import ops
 from ..base.reflectance import Reflectance, weighed
 from ..base.sides import choose
 from ..distributions.ggx import GGX
+from ..formula import tree
 from ..formula.direction import BEHIND, NORMAL, Direction, select
 from ..formula.fresnel.dielectric import Dielectric, fresnel_dielectric
 from ..formula.mueller import Mueller, scaled_to
@@ -85,13 +86,13 @@ class _Mirrors(_Passing):
 
 def ground(layer: RoughInterface) -> GGX:
     """The facets of a rough interface."""
-    return GGX.unchecked(alpha_x=layer.alpha, alpha_y=layer.alpha)
+    return tree.unchecked(GGX, alpha_x=layer.alpha, alpha_y=layer.alpha)
 
 
 def mirroring(layer: RoughInterface) -> Reflectance:
     """What a rough interface reflects at once."""
-    fresnel = Dielectric.unchecked(eta=layer.eta)
-    return Microfacet.unchecked(distribution=ground(layer), fresnel=fresnel, masking="separable")
+    fresnel = tree.unchecked(Dielectric, eta=layer.eta)
+    return tree.unchecked(Microfacet, distribution=ground(layer), fresnel=fresnel, masking="separable")
 
 
 def outside(w: Direction, n: Any) -> tuple[Any, Direction]:

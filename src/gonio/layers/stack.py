@@ -15,6 +15,7 @@ from ..base.results import Jacobian
 from ..base.sides import choose
 from ..errors import ParameterError, shown
 from ..evaluate import batch
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import Param, part
 from ..formula.mueller import Mueller
@@ -78,7 +79,7 @@ class Stack(_Layered):
         fields = {name: part(Layer, None, f"layer {name}, from the top") for name in values}
         if base is not None:
             values["base"], fields["base"] = base, part(Reflectance, None, "what lies under the layers")
-        widths = {np.shape(x)[-1] for value in values.values() for x in value.leaves() if np.ndim(x)}
+        widths = {np.shape(x)[-1] for value in values.values() for x in tree.leaves(value) if np.ndim(x)}
         for name, field in fields.items():
             field.name = name
         fields["channel"], values["channel"] = self.fields["channel"], max(widths) if widths else 0.0
@@ -88,7 +89,7 @@ class Stack(_Layered):
         self._hold(bends=any(self._kinks(behind) for behind in {False, self.sides == "both"}))
 
     def validate(self) -> None:
-        for path, field, value, _ in self.walk():
+        for path, field, value, _ in tree.walk(self):
             if isinstance(field, Param) and not isinstance(value, (float, np.ndarray)):
                 rule = "layers are computed by NumPy; give numbers, and take derivatives from m.jacobian"
                 raise ParameterError(f"Stack: {path} is a {type(value).__name__}; {rule}")
@@ -138,7 +139,7 @@ class Stack(_Layered):
         layers = [changes.get(str(i), layer) for i, layer in enumerate(self.layers)]
         new = type(self)(layers, changes.get("base", self.base), tolerance=self.tolerance)
         names = self._given("channel_names")
-        return new if names is None else new.with_notes(channel_names=names)
+        return new if names is None else tree.with_notes(new, channel_names=names)
 
     def _key(self) -> tuple[Any, ...]:
         return (*((n, v) for n, v in super()._key() if n != "channel"), ("tolerance", self.tolerance))

@@ -94,11 +94,8 @@ class _Table(_Lobe):
         return choose(self.behind, n * n, 1.0)
 
 
-class _Rest(Drawn, _Table):
+class _Rest(Drawn, _Table, oriented=False):
     """All other light that a stack reflects, from the side of the viewer."""
-
-    def is_oriented(self) -> bool:
-        return False
 
     def _keep(self) -> dict[str, Fixed]:
         return self._looked_up()

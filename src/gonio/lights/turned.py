@@ -15,7 +15,7 @@ from .constant import ConstantLight
 from .function import FunctionLight
 
 
-class TurnedLight(_OfLight):
+class TurnedLight(_OfLight, has_text=True):
     r"""A light turned by an angle about the world's z axis, counterclockwise as seen from above: with R the rotation,
     $L(p, \omega) = L_0(R^{-1} p, R^{-1} \omega)$, and so for beams.
 
@@ -34,7 +34,6 @@ class TurnedLight(_OfLight):
     [0.     0.7071 0.7071]
     """
 
-    has_text = True
     light = part(Light, ConstantLight(1.0), "the light that is turned")
     angle = param(0.0, -1e6, 1e6, "by how much it is turned", unit="rad")
 
@@ -64,11 +63,10 @@ class TurnedLight(_OfLight):
         return self if light is self.light else _TurnedAbout(light, self.angle, back.x, back.y, self.angle)
 
 
-class _TurnedAbout(TurnedLight):
+class _TurnedAbout(TurnedLight, has_text=False):
     """A light turned about a vertical elsewhere: at the angle that it had when it was moved it is where it should be,
     and a change of the angle takes it round that vertical."""
 
-    has_text = False
     axis_x = param(0.0, -1e30, 1e30, "where the vertical is, in the light, along x", unit="m")
     axis_y = param(0.0, -1e30, 1e30, "and along y", unit="m")
     since = param(0.0, -1e6, 1e6, "the angle that it was moved at", unit="rad")

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.mueller import Mueller
 from .microfacet import ggx_mirrors
@@ -35,5 +36,5 @@ class CompensatedMirrors(Reflectance):
         return self.fresnel.polarizes
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        other = self.other().unchecked(**{name: self.__dict__[name] for name in self.fields})
+        other = tree.unchecked(self.other(), **{name: self.__dict__[name] for name in self.fields})
         return [(1.0, ggx_mirrors(self.alpha, self.fresnel)), (1.0, other)]

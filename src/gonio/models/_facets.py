@@ -6,6 +6,7 @@ from abc import abstractmethod
 from typing import Any, ClassVar
 
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine, reflect
 from ..formula.distribution import Distribution, Spread
 from ..formula.fields import part
@@ -33,7 +34,7 @@ class Facets(Reflectance):
 
     @property
     def single_scatter(self) -> Any:
-        return _White.unchecked(of=self)
+        return tree.unchecked(_White, of=self)
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         """The fraction of facets wm that is both lit and seen."""
@@ -69,11 +70,9 @@ class Facets(Reflectance):
         return self.fresnel.F(wo.z)
 
 
-class _White(Reflectance):
+class _White(Reflectance, has_text=False, oriented=True):
     """Facets that reflect all light."""
 
-    has_text = False
-    oriented: ClassVar[bool] = True
     of = part(Reflectance, None, "the facets of another reflectance")
 
     @property

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.reflectance import Reflectance, weighed
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import part
 from ._wrapper import Reframed, WrappedLobe
@@ -52,7 +53,7 @@ def _quarter(m: Reflectance, behind: bool, across: bool) -> Reflectance | None:
     """The lobes of a quarter as a reflectance in front, or None without any."""
     sides = "across" if across else "front"
     lobes = [(weight, lobe) for weight, lobe in m.turned(behind).lobes() if lobe.sides == sides]
-    lobes = [(weight, _Folded.unchecked(of=lobe) if across else lobe) for weight, lobe in lobes]
+    lobes = [(weight, tree.unchecked(_Folded, of=lobe) if across else lobe) for weight, lobe in lobes]
     lobes = [(weight, lobe) for weight, lobe in lobes if not (isinstance(weight, float) and weight == 0.0)]
     return weighed(lobes) if lobes else None
 

@@ -6,6 +6,7 @@ import math
 from typing import Any, ClassVar, Self
 
 from ..arrays import ops
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import param
 from ._smooth_scatter import SmoothScatter, deviation2, ring_integral
@@ -58,7 +59,7 @@ class ABg(SmoothScatter):
 
     def _lobe(self, wo: Direction) -> ABC:
         knee = self._knee()
-        return ABC.unchecked(B=1.0 / (knee * knee), C=0.5 * self.g)
+        return tree.unchecked(ABC, B=1.0 / (knee * knee), C=0.5 * self.g)
 
     def estimate(self, wo: Direction) -> Any:
         knee = self._knee()

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..base.reflectance import Reflectance
 from ..base.sides import choose
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import param, part
 from ._wrapper import WrappedLobe
@@ -42,7 +43,7 @@ class Across(WrappedLobe):
         return 1.0
 
     def turned(self, back: Any) -> Reflectance:
-        return _Flipped.unchecked(of=self.of, sign=choose(back, -self._flip, self._flip))
+        return tree.unchecked(_Flipped, of=self.of, sign=choose(back, -self._flip, self._flip))
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         for weight, lobe in self.of.lobes():

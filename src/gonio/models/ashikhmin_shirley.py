@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine, reflect
 from ..formula.fields import param
 from ..formula.fresnel.schlick import Schlick
 from ..formula.special import less_fifth_power, log1p_over
 
 
-class AshikhminShirley(Reflectance):
+class AshikhminShirley(Reflectance, oriented=True):
     """Anisotropic Phong lobe with Fresnel reflection, the specular part of Ashikhmin and Shirley's model.
 
     f = sqrt((n_u + 1)(n_v + 1))/(8 pi) h_z^(n_u cos^2(phi) + n_v sin^2(phi)) F(wo . h) / (wo . h max(cos_i, cos_o)),
@@ -34,8 +35,6 @@ class AshikhminShirley(Reflectance):
     [0.8451 0.0989]
     """
 
-    oriented: ClassVar[bool] = True
-
     R_s = param(0.05, 0.0, 1.0, "reflectance at normal incidence of a facet")
     n_u = param(100.0, 0.0, 1e4, "exponent along x: the larger, the narrower", alias="n", sampled="min")
     n_v = param("n_u", 0.0, 1e4, "exponent along y", sampled="min")
@@ -51,7 +50,7 @@ class AshikhminShirley(Reflectance):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         h, cos_d = half_and_cosine(wi, wo)
-        fresnel = Schlick.unchecked(F0=self.R_s).F(cos_d)
+        fresnel = tree.unchecked(Schlick, F0=self.R_s).F(cos_d)
         return self._normals(h) * fresnel / (4.0 * cos_d * ops.maximum(wi.z, wo.z))
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
@@ -69,7 +68,7 @@ class AshikhminShirley(Reflectance):
         return self._normals(h) / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
-        return Schlick.unchecked(F0=self.R_s).F(wo.z)
+        return tree.unchecked(Schlick, F0=self.R_s).F(wo.z)
 
 
 class AshikhminShirleyDiffuse(Reflectance):

@@ -13,6 +13,7 @@ from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..base.reradiation import along_normal
 from ..errors import ParameterError
+from ..formula import tree
 from ..formula.direction import HORIZON, NORMAL, Direction, select
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW
 from ..formula.exchange import Entire
@@ -36,11 +37,10 @@ def _panel(n: int, power: float, falling: bool = False) -> list[tuple[float, flo
     return list(zip((1.0 - nodes if falling else nodes).tolist(), weights.tolist(), strict=True))
 
 
-class _Coat(Wrapper):
+class _Coat(Wrapper, costs=8):
     """The light reflected by the coat, and the base as it is seen through it."""
 
     wraps = "base"
-    costs = 8
 
     base = part(Reflectance, Lambertian(0.5), "reflectance under the coat")
     eta = param(1.5, 1.0, ETA_HIGH, "refractive index of the coat over that in front of it")
@@ -95,7 +95,7 @@ class _Coat(Wrapper):
         if self.internal == "lost" or not self.base.glows_evenly:
             return super()._with_rounds(matrix, prefix)
         coat = {name: self.__dict__[name] for name in self.fields}
-        return self.over_dye().unchecked(**coat, rounds=matrix(prefix, self))
+        return tree.unchecked(self.over_dye(), **coat, rounds=matrix(prefix, self))
 
     def to_and_fro(self, channels: int) -> Any:
         """What leaves the base at a wavelength o of light that arrives there first at i, (..., C, C), but for the light
@@ -104,7 +104,7 @@ class _Coat(Wrapper):
         albedo = self.base.diffuse()
         rho = 0.0 if albedo is None else ops.minimum(albedo, 1.0)
         coat = {name: self.__dict__[name] for name in self.fields}
-        R = self.below().unchecked(**(coat | {"weight": 1.0, "rho": rho})).R()
+        R = tree.unchecked(self.below(), **(coat | {"weight": 1.0, "rho": rho})).R()
         like = next((x for x in (sent, rho, R) if ops.library(x).name != "numpy"), np.ones(1))
         lib = ops.library(like)
         sent, rho, R = (x if ops.library(x) is lib else lib.convert(np.asarray(x, float), like) for x in (sent, rho, R))
@@ -127,7 +127,7 @@ class _Coat(Wrapper):
         rho = 0.0 if albedo is None else ops.minimum(albedo, 1.0)
         coat = {name: self.__dict__[name] for name in self.below().fields if name in self.fields}
         for weight, lobe in self.base.lobes():
-            yield 1.0, self.below().unchecked(**(coat | {"base": lobe, "weight": weight, "rho": rho}))
+            yield 1.0, tree.unchecked(self.below(), **(coat | {"base": lobe, "weight": weight, "rho": rho}))
 
 
 class Coated(_Coat):
@@ -174,7 +174,7 @@ class Coated(_Coat):
         return _SmoothOverDye
 
     def surface(self) -> Reflectance:
-        return IdealSpecular.unchecked(reflectance=Dielectric.unchecked(eta=self.eta))
+        return tree.unchecked(IdealSpecular, reflectance=tree.unchecked(Dielectric, eta=self.eta))
 
     def T(self, w: Direction) -> Any:
         return dielectric_transmittance(w.z, self.eta)
@@ -213,7 +213,7 @@ class RoughCoated(_Coat):
         return _RoughOverDye
 
     def surface(self) -> Reflectance:
-        return ggx_mirrors(self.alpha, Dielectric.unchecked(eta=self.eta))
+        return ggx_mirrors(self.alpha, tree.unchecked(Dielectric, eta=self.eta))
 
     def T(self, w: Direction) -> Any:
         # Facets seen from w, with their density: a cap of directions about s, w as a facet of slope scale 1 sees it.

@@ -6,6 +6,7 @@ import math
 from typing import Any, ClassVar
 
 from ..distributions.beckmann import Beckmann
+from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
 from ..formula.fields import param, part
@@ -48,7 +49,7 @@ class CookTorrance(Facets):
 
     @property
     def facets(self) -> Distribution:
-        return Beckmann.unchecked(alpha_x=self.m, alpha_y=self.m)
+        return tree.unchecked(Beckmann, alpha_x=self.m, alpha_y=self.m)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)

@@ -7,13 +7,14 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..distributions.beckmann import Beckmann
+from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine
 from ..formula.fields import option, param
 from ..formula.fresnel.dielectric import Dielectric
 from ._facets import Facets
 
 
-class CoxMunk(Facets):
+class CoxMunk(Facets, oriented=True):
     """Wind-ruffled sea: f = p(z_u, z_c) F(wo . wm) G / (4 cos(theta_i) cos(theta_o) cos(theta_m)^4).
 
     p is the density of slopes, z_u along the direction that the wind comes from, z_c across; W the wind speed:
@@ -42,8 +43,6 @@ class CoxMunk(Facets):
     [0.3195 0.0012]
     [0.0325 0.0279]
     """
-
-    oriented: ClassVar[bool] = True
 
     wind_speed = param(5.0, 0.0, 20.0, "wind speed 12.5 m above the sea", unit="m s-1", sampled="max")
     wind_azimuth = param(0.0, -math.pi, math.pi, "azimuth of the direction that the wind comes from", unit="rad")
@@ -78,11 +77,11 @@ class CoxMunk(Facets):
     @property
     def facets(self) -> Beckmann:
         upwind, crosswind = self._variances()
-        return Beckmann.unchecked(alpha_x=ops.sqrt(2.0 * upwind), alpha_y=ops.sqrt(2.0 * crosswind))
+        return tree.unchecked(Beckmann, alpha_x=ops.sqrt(2.0 * upwind), alpha_y=ops.sqrt(2.0 * crosswind))
 
     @property
     def fresnel(self) -> Any:
-        return Dielectric.unchecked(eta=self.eta)
+        return tree.unchecked(Dielectric, eta=self.eta)
 
     def _skewed(self, wm: Direction) -> Any:
         """The Gram–Charlier series in the slopes of a facet, -x/z and -y/z of its normal."""

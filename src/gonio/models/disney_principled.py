@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
+from ..formula import tree
 from ..formula.direction import Direction, dot, half_and_cosine, half_vector, reflect
 from ..formula.distribution import facing, facing_density
 from ..formula.fields import option, param
@@ -18,7 +19,7 @@ from ..formula.special import expm1_over, less_fifth_power
 from ._facets import Facets
 
 
-class _Disney(Reflectance):
+class _Disney(Reflectance, oriented=True):
     """The parameters of the model and of each of its lobes."""
 
     base_color = param(0.5, 0.0, 1.0, "colour of the surface, linear")
@@ -34,8 +35,6 @@ class _Disney(Reflectance):
     clearcoat_gloss = param(1.0, 0.0, 1.0, "alpha of that from 0.1 to 0.001", sampled="min")
     tint = param(1.0, 0.0, 10.0, "base_color over its luminance; `DisneyPrincipled.from_rgb` works it out")
     masking = option("remapped", "anisotropic", doc="G of the notes of 2012, or of later versions")
-
-    oriented: ClassVar[bool] = True
 
     breaks: ClassVar[dict[str, str]] = {
         "energy": "its lobes are added with no regard to each other, and the diffuse one alone gains towards grazing: "
@@ -94,7 +93,7 @@ class DisneyPrincipled(_Disney):
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         values = {name: self.__dict__[name] for name in self.fields}
-        return [(1.0, lobe.unchecked(**values)) for lobe in (_Matte, _Mirrors, _Coat)]
+        return [(1.0, tree.unchecked(lobe, **values)) for lobe in (_Matte, _Mirrors, _Coat)]
 
 
 class _Matte(_Disney):
@@ -131,7 +130,7 @@ class _Mirrors(_Disney, Facets):
     def facets(self) -> GGX:
         """GTR2, which is GGX."""
         alpha, aspect = self.roughness * self.roughness, ops.sqrt(1.0 - 0.9 * self.anisotropic)
-        return GGX.unchecked(alpha_x=ops.maximum(alpha / aspect, 1e-3), alpha_y=ops.maximum(alpha * aspect, 1e-3))
+        return tree.unchecked(GGX, alpha_x=ops.maximum(alpha / aspect, 1e-3), alpha_y=ops.maximum(alpha * aspect, 1e-3))
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         _, grazing = _difference(wi, wo)

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
 from ..formula.fields import param, part
@@ -106,7 +107,7 @@ class Turquin(Facets):
 
     @property
     def facets(self) -> Distribution:
-        return GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
+        return tree.unchecked(GGX, alpha_x=self.alpha, alpha_y=self.alpha)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         loss = lost(wo.z, self.alpha)
@@ -149,7 +150,7 @@ class FdezAguera(CompensatedMirrors):
 
     @property
     def fresnel(self) -> Any:
-        return Schlick.unchecked(F0=self.F0)
+        return tree.unchecked(Schlick, F0=self.F0)
 
     def other(self) -> type[_Diffuse]:
         return _Diffuse

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from ..arrays import ops
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import param, part, wavelengths
 from ..formula.fresnel import as_fresnel
@@ -76,7 +77,7 @@ class GeneralizedHarveyShack(SmoothScatter):
     def _lobe(self, wo: Direction) -> ABC:
         diffraction, slope = self.wavelength / (math.pi * self.tau), 2.0 * self.sigma / self.tau
         spread = 2.0 * slope * (wo.z + slope)
-        return ABC.unchecked(B=1.0 / ops.minimum(diffraction * diffraction + spread * spread, 4.0), C=2.0)
+        return tree.unchecked(ABC, B=1.0 / ops.minimum(diffraction * diffraction + spread * spread, 4.0), C=2.0)
 
     def estimate(self, wo: Direction) -> Any:
         return self.fresnel.F(wo.z) * (1.0 - ops.exp(-self._g(wo, wo)))

@@ -6,6 +6,7 @@ import math
 from typing import Any, ClassVar
 
 from ..arrays import ops
+from ..formula import tree
 from ..formula.direction import NORMAL, Direction
 from ..formula.fields import param
 from ._smooth_scatter import SmoothScatter, deviation2, ring_integral
@@ -53,7 +54,7 @@ class HarveyShack(SmoothScatter):
         return self.b0 * ops.exp(self.P * log_mean + 0.5 * self.s * ops.log(1.0 + scaled))
 
     def _lobe(self, wo: Direction) -> ABC:
-        return ABC.unchecked(B=1.0 / (self.L * self.L), C=-0.5 * self.s)
+        return tree.unchecked(ABC, B=1.0 / (self.L * self.L), C=-0.5 * self.s)
 
     def _whole(self, reach: Any) -> Any:
         B = 1.0 / (self.L * self.L)

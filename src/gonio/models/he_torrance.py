@@ -7,6 +7,7 @@ from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import Direction, dot
 from ..formula.fields import param, part
 from ..formula.fresnel import as_fresnel
@@ -87,7 +88,7 @@ class HeTorrance(_Gaussian):
         diffraction, slope = self.wavelength / (math.pi * self.tau), 2.0 * self.sigma_0 / self.tau
         spread = 2.0 * slope * (wo.z + slope)
         width2 = ops.minimum(diffraction * diffraction + spread * spread, 4.0)  # |v_xy| ends at 2
-        return ABC.unchecked(B=1.0 / width2, C=2.0)
+        return tree.unchecked(ABC, B=1.0 / width2, C=2.0)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         return self._lobe(wo).warp(wo, u0, u1)

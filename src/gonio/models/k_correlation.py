@@ -6,6 +6,7 @@ import math
 from typing import Any, ClassVar, Self
 
 from ..arrays import ops
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import param, part, wavelengths
 from ..formula.fresnel import as_fresnel
@@ -99,7 +100,7 @@ class KCorrelation(SmoothScatter):
 
     def _lobe(self, wo: Direction) -> ABC:
         ratio = self.B / self.wavelength
-        return ABC.unchecked(B=ratio * ratio, C=0.5 * self.C)
+        return tree.unchecked(ABC, B=ratio * ratio, C=0.5 * self.C)
 
     def estimate(self, wo: Direction) -> Any:
         phase = 4.0 * math.pi * self.roughness(self.wavelength) * wo.z / self.wavelength

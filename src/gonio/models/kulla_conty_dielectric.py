@@ -13,6 +13,7 @@ from ..arrays import Fixed, ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
 from ..errors import ParameterError, shown
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW
 from ..formula.fields import param
@@ -73,7 +74,7 @@ class KullaContyDielectric(BetweenMedia):
         return super()._keep() | tables()
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield from facets(GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha), self.eta)
+        yield from facets(tree.unchecked(GGX, alpha_x=self.alpha, alpha_y=self.alpha), self.eta)
         for kind in (_Returned, _PassedOn):
             yield 1.0, self._as(kind)
 
@@ -82,7 +83,7 @@ class KullaContyDielectric(BetweenMedia):
         names = ("alpha", "eta", "loss", "losses")
         values = {name: self.__dict__[name] for name in names if name in self.__dict__}
         return kind._made_of(
-            values, {"_tied": {}, "_derived": {}, "_alike": {}, "_kept": tables(), "is_bound": self.is_bound}
+            values, {"_tied": {}, "_derived": {}, "_alike": {}, "_kept": tables(), "_is_bound": self._is_bound}
         )
 
 

@@ -12,10 +12,8 @@ from ..formula.fields import param
 from ..formula.warp import around, power_cosine, power_cosine_density, power_positive
 
 
-class _CosineLobe(Reflectance):
+class _CosineLobe(Reflectance, oriented=True):
     """max(C_x x_i x_o + C_y y_i y_o + C_z z_i z_o, 0)^n: a cosine lobe about the axis (C_x x_o, C_y y_o, C_z z_o)."""
-
-    oriented: ClassVar[bool] = True
 
     C_x: Any
     C_y: Any

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
+from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine, mirror
 from ..formula.distribution import Distribution
 from ..formula.fields import option, part
@@ -49,8 +50,8 @@ class Microfacet(Facets):
 
 def ggx_mirrors(alpha: Any, fresnel: Fresnel) -> Microfacet:
     """Isotropic GGX facets of slope scale `alpha` with the height-correlated masking, for use in formulas."""
-    facets = GGX.unchecked(alpha_x=alpha, alpha_y=alpha)
-    return Microfacet.unchecked(distribution=facets, fresnel=fresnel, masking="height_correlated")
+    facets = tree.unchecked(GGX, alpha_x=alpha, alpha_y=alpha)
+    return tree.unchecked(Microfacet, distribution=facets, fresnel=fresnel, masking="height_correlated")
 
 
 class RetroMicrofacet(Microfacet):

@@ -11,6 +11,7 @@ from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..errors import MeaningWarning, ParameterError, ShapeError, warn
+from ..formula import tree
 from ..formula.direction import HORIZON, NORMAL, Direction, dot, frame, raised, select
 from ..formula.fields import option, param, part
 from ..formula.mueller import Mueller, horizontal, scaled_to, turn_to
@@ -21,10 +22,8 @@ from .lambertian import Lambertian
 STEEPEST = 0.7  # of each component, so that the normal stays 8 degrees above the surface
 
 
-class _Tilted(Reframed):
+class _Tilted(Reframed, oriented=True):
     """A surface with a normal of its own, and the frame of that."""
-
-    oriented: ClassVar[bool] = True
 
     of = part(Reflectance, Lambertian(0.5), "reflectance of the tilted surface")
     normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the tilted normal")
@@ -108,7 +107,7 @@ class ShadingNormal(_Tilted):
         return M * ops.where(up & (wi.z > HORIZON), 1.0, 0.0)
 
 
-class NormalMapped(_Tilted):
+class NormalMapped(_Tilted, repeats=6):  # three ways, and as much for weights and frames
     """Another reflectance on facets of normal n', between upright mirrors that complete the surface; obeys the laws.
 
     Facets p of normal n' and area 1/n'_z, and mirrors t whose area vector a_t = -(n'_x, n'_y, 0)/n'_z makes the mean
@@ -134,8 +133,6 @@ class NormalMapped(_Tilted):
     [0.1378 0.1378]
     """
 
-    repeats = 6  # three ways, and as much for weights and frames
-
     def formula(self, wi: Direction, wo: Direction) -> Any:
         direct, mirrored = self._paths(self.of)
         return direct.formula(wi, wo) + mirrored.formula(wi, wo)
@@ -151,7 +148,7 @@ class NormalMapped(_Tilted):
 
     def _paths(self, of: Reflectance) -> tuple[_Path, _Ways]:
         tilt = {"normal_x": self.normal_x, "normal_y": self.normal_y}
-        return _Path.unchecked(of=of, mirrors="none", **tilt), _Ways.unchecked(of=of, **tilt)
+        return tree.unchecked(_Path, of=of, mirrors="none", **tilt), tree.unchecked(_Ways, of=of, **tilt)
 
 
 class _Path(_Tilted):
@@ -234,7 +231,7 @@ class _Ways(_Tilted):
 
     def ways(self) -> list[_Path]:
         tilt = {"normal_x": self.normal_x, "normal_y": self.normal_y}
-        return [_Path.unchecked(of=self.of, mirrors=which, **tilt) for which in ("viewer", "light")]
+        return [tree.unchecked(_Path, of=self.of, mirrors=which, **tilt) for which in ("viewer", "light")]
 
     polarized, polarizes = Reflectance.polarized, False
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
+from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine
 from ..formula.distribution import Distribution
 from ..formula.fields import param
@@ -18,7 +19,7 @@ from ._facets import Facets
 from ._ggx_albedo import entering, lost_on_average, schlick_share_on_average
 
 
-class OpenPBRMetal(Facets):
+class OpenPBRMetal(Facets, oriented=True):
     """OpenPBR's metal: GGX facets with the F82 tint, f = specular_weight D F G/(4 cos(theta_i) cos(theta_o)).
 
     alpha_x = roughness^2 sqrt(2/(1 + (1 - a)^2)), alpha_y = (1 - a) alpha_x, at least 0.001; a is the anisotropy. A
@@ -38,8 +39,6 @@ class OpenPBRMetal(Facets):
     [0.905 0.724 0.272]
     """
 
-    oriented: ClassVar[bool] = True
-
     base_color = param(0.8, 0.0, 1.0, "reflectance at normal incidence, times base_weight")
     specular_color = param(1.0, 0.0, 1.0, "tint of the edge, at cos theta = 1/7")
     specular_weight = param(1.0, 0.0, 1.0, "factor of the whole")
@@ -52,11 +51,11 @@ class OpenPBRMetal(Facets):
     def facets(self) -> Distribution:
         thin, r = 1.0 - self.specular_roughness_anisotropy, self.specular_roughness
         along = r * r * ops.sqrt(2.0 / (1.0 + thin * thin))
-        return GGX.unchecked(alpha_x=ops.maximum(along, 1e-3), alpha_y=ops.maximum(thin * along, 1e-3))
+        return tree.unchecked(GGX, alpha_x=ops.maximum(along, 1e-3), alpha_y=ops.maximum(thin * along, 1e-3))
 
     @property
     def fresnel(self) -> Any:
-        return F82Tint.unchecked(F0=self.base_color, tint=self.specular_color)
+        return tree.unchecked(F82Tint, F0=self.base_color, tint=self.specular_color)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)
@@ -108,7 +107,7 @@ class OpenPBRGlossyDiffuse(CompensatedMirrors):
     @property
     def fresnel(self) -> Any:
         amplitude = (self.specular_ior - 1.0) / (self.specular_ior + 1.0)
-        return Schlick.unchecked(F0=self.specular_weight * amplitude * amplitude)
+        return tree.unchecked(Schlick, F0=self.specular_weight * amplitude * amplitude)
 
     def other(self) -> type[_Below]:
         return _Below

@@ -8,6 +8,7 @@ from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import Direction, raised
 from ..formula.fields import param, part
 from ..formula.fresnel.schlick import Schlick
@@ -54,7 +55,7 @@ class _Layer(Wrapper):
         yield self.top()
         values = {name: self.__dict__[name] for name in self.fields}
         for weight, lobe in self.base.lobes():
-            yield weight, self.below().unchecked(**(values | {"base": lobe}))
+            yield weight, tree.unchecked(self.below(), **(values | {"base": lobe}))
 
 
 class _Below(WrappedLobe, _Layer):
@@ -147,7 +148,7 @@ class OpenPBRCoat(_Layer):
         return _BelowCoat
 
     def top(self) -> tuple[Any, Reflectance]:
-        return self.coat_weight, ggx_mirrors(self.alpha, Schlick.unchecked(F0=self.F0))
+        return self.coat_weight, ggx_mirrors(self.alpha, tree.unchecked(Schlick, F0=self.F0))
 
     def path(self, w: Direction) -> Any:
         """1/cos(theta) of w refracted into the coat.
@@ -210,7 +211,7 @@ class OpenPBRFuzz(_Layer):
         >>> print(gn.OpenPBRFuzz(fuzz_roughness=0.3).sheen.f_angles(0.0, 0.0, 1.4, 0.0).round(4))
         0.0461
         """
-        return CharlieSheen.unchecked(rho=1.0, r=ops.maximum(self.fuzz_roughness, 0.1))
+        return tree.unchecked(CharlieSheen, rho=1.0, r=ops.maximum(self.fuzz_roughness, 0.1))
 
     def below(self) -> type[_BelowFuzz]:
         return _BelowFuzz

@@ -6,6 +6,7 @@ import math
 from typing import Any, ClassVar
 
 from ..distributions.beckmann import Beckmann
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.distribution import Distribution
 from ..formula.fields import option, param
@@ -51,11 +52,11 @@ class PriestGermer(Facets):
     @property
     def facets(self) -> Distribution:
         alpha = math.sqrt(2.0) * self.sigma
-        return Beckmann.unchecked(alpha_x=alpha, alpha_y=alpha)
+        return tree.unchecked(Beckmann, alpha_x=alpha, alpha_y=alpha)
 
     @property
     def fresnel(self) -> Fresnel:
-        return Conductor.unchecked(eta=self.eta, k=self.k)
+        return tree.unchecked(Conductor, eta=self.eta, k=self.k)
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         return 1.0 if self.masking == "none" else super().G(wi, wo, wm)

@@ -13,6 +13,7 @@ from ..base.reflectance import Reflectance
 from ..base.sides import choose
 from ..distributions.ggx import GGX
 from ..errors import ParameterError, shown
+from ..formula import tree
 from ..formula.direction import NORMAL, Direction, dot, half_and_cosine, select
 from ..formula.distribution import Distribution
 from ..formula.fields import param, part
@@ -73,8 +74,8 @@ class RoughDielectric(BetweenMedia):
 
 def facets(distribution: Distribution, eta: Any) -> Iterable[tuple[Any, Reflectance]]:
     """The two lobes of an interface of facets."""
-    yield 1.0, _Mirroring.unchecked(distribution=distribution, eta=eta)
-    yield 1.0, _Refracting.unchecked(distribution=distribution, eta=eta)
+    yield 1.0, tree.unchecked(_Mirroring, distribution=distribution, eta=eta)
+    yield 1.0, tree.unchecked(_Refracting, distribution=distribution, eta=eta)
 
 
 def refuse_equal_media(kind: str, eta: Any) -> None:
@@ -114,7 +115,7 @@ class _Interface(Facets):
 
     @property
     def fresnel(self) -> Any:
-        return Dielectric.unchecked(eta=self.eta)
+        return tree.unchecked(Dielectric, eta=self.eta)
 
     @property
     def index(self) -> Any:

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
+from ..formula import tree
 from ..formula.direction import Direction, azimuth, dot, half_and_cosine, half_vector, normalize, on_circle, reflect
 from ..formula.fields import param
 from ..formula.fresnel.schlick import Schlick
@@ -21,10 +22,10 @@ class _Single(Reflectance):
     r = param(0.2, 1e-6, 1.0, "roughness factor of the paper: 0 a mirror, 1 diffuse", sampled="max")
 
     def S(self, u: Any) -> Any:
-        return Schlick.unchecked(F0=self.C).F(u)
+        return tree.unchecked(Schlick, F0=self.C).F(u)
 
 
-class Schlick1994(_Single):
+class Schlick1994(_Single, oriented=True):
     """Diffuse and directional part of Schlick's model: f = S(u) (a/pi + b B/(4 pi v v')), S = C + (1 - C)(1 - u)^5.
 
     B = G(v) G(v') Z(t) A(w) + 1 - G(v) G(v'),  Z = r/(1 + r t^2 - t^2)^2,  A = sqrt(p/(p^2 - p^2 w^2 + w^2)),
@@ -45,8 +46,6 @@ class Schlick1994(_Single):
     >>> print(gn.albedo(satin, gn.direction([0.0, 1.4], 0.0)).round(3))
     [0.322 1.48 ]
     """
-
-    oriented: ClassVar[bool] = True
 
     p = param(1.0, 1e-2, 1.0, "isotropy factor: 1 isotropic, smaller ones spread the lobe along y")
 
@@ -108,7 +107,7 @@ class Schlick1994(_Single):
         0.5
         """
         alpha = ops.sqrt(self.r)
-        return GGX.unchecked(alpha_x=alpha, alpha_y=alpha)
+        return tree.unchecked(GGX, alpha_x=alpha, alpha_y=alpha)
 
     def ellipse(self, h: Direction, p: Any) -> Any:
         """p^2 sin^2(phi) + cos^2(phi) of the azimuth of h.
@@ -122,7 +121,7 @@ class Schlick1994(_Single):
         return p * p * sin_phi * sin_phi + cos_phi * cos_phi
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        return [(1.0, lobe.unchecked(C=self.C, r=self.r, p=self.p)) for lobe in (_Obstructed, _Spread)]
+        return [(1.0, tree.unchecked(lobe, C=self.C, r=self.r, p=self.p)) for lobe in (_Obstructed, _Spread)]
 
 
 class _Obstructed(Schlick1994):

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.sgd_facets import SGDFacets
+from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine, polar_angle
 from ..formula.distribution import Distribution
 from ..formula.fields import param
@@ -56,7 +57,7 @@ class SGD(Facets):
 
     @property
     def facets(self) -> Distribution:
-        return SGDFacets.unchecked(alpha=self.alpha, p=self.p)
+        return tree.unchecked(SGDFacets, alpha=self.alpha, p=self.p)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)

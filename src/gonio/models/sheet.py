@@ -7,6 +7,7 @@ from typing import Any
 
 from ..base.reflectance import Reflectance, weighed
 from ..base.sides import choose
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import part
 from ..formula.state import inferred
@@ -61,7 +62,7 @@ class Sheet(Reflectance):
 
     def turned(self, back: Any) -> Reflectance:
         before, behind = choose(back, 0.0, 1.0), choose(back, 1.0, 0.0)
-        backward, forward = (Across.unchecked(of=m) for m in (self.backward, self.forward))
+        backward, forward = (tree.unchecked(Across, of=m) for m in (self.backward, self.forward))
         return weighed([(before, self.front), (before, backward), (behind, self.back), (behind, forward)])
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:

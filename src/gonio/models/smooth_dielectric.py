@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import NORMAL, Direction
 from ..formula.fields import param
 from ..formula.fresnel.dielectric import Dielectric
@@ -39,8 +40,8 @@ class SmoothDielectric(BetweenMedia):
     eta = param(1.5, 0.2, 5.0, "refractive index behind the surface over that in front")
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, IdealSpecular.unchecked(reflectance=Dielectric.unchecked(eta=self.eta))
-        yield 1.0, _Refraction.unchecked(eta=self.eta)
+        yield 1.0, tree.unchecked(IdealSpecular, reflectance=tree.unchecked(Dielectric, eta=self.eta))
+        yield 1.0, tree.unchecked(_Refraction, eta=self.eta)
 
 
 class _Refraction(SmoothDielectric):
@@ -55,7 +56,7 @@ class _Refraction(SmoothDielectric):
         return 0.0 * self.mirror(wo)
 
     def mirror(self, wo: Direction) -> Any:
-        return (1.0 - Dielectric.unchecked(eta=self.eta).F(wo.z)) / (self.eta * self.eta)
+        return (1.0 - tree.unchecked(Dielectric, eta=self.eta).F(wo.z)) / (self.eta * self.eta)
 
     def polarized_mirror(self, wo: Direction) -> Mueller:
         return smooth_refraction(wo, self.eta) * self.mirror(wo)

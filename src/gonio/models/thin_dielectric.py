@@ -8,6 +8,7 @@ from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import param, part
 from ..formula.fresnel_term import Fresnel
@@ -56,8 +57,8 @@ class ThinDielectric(Reflectance):
         raise self._lacks("formula")
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, IdealSpecular.unchecked(reflectance=_Reflected.unchecked(eta=self.eta, depth=self.depth))
-        yield 1.0, _Straight.unchecked(passed=_Passed.unchecked(eta=self.eta, depth=self.depth))
+        yield 1.0, tree.unchecked(IdealSpecular, reflectance=tree.unchecked(_Reflected, eta=self.eta, depth=self.depth))
+        yield 1.0, tree.unchecked(_Straight, passed=tree.unchecked(_Passed, eta=self.eta, depth=self.depth))
 
 
 class _Pane(Fresnel):

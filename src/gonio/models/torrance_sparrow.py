@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..distributions.gaussian_facets import GaussianFacets
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.distribution import Distribution
 from ..formula.fields import param, part
@@ -40,7 +41,7 @@ class TorranceSparrow(Facets):
 
     @property
     def facets(self) -> Distribution:
-        return GaussianFacets.unchecked(alpha=self.alpha)
+        return tree.unchecked(GaussianFacets, alpha=self.alpha)
 
     def mirror(self, wo: Direction) -> Any:
         return self.fresnel.F(wo.z)

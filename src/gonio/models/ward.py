@@ -12,10 +12,8 @@ from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, from_slopes
 from ..formula.fields import param
 
 
-class _Gaussian(Reflectance):
+class _Gaussian(Reflectance, oriented=True):
     """exp(-tan^2(delta) (cos^2(phi)/ax^2 + sin^2(phi)/ay^2)) / (4 pi ax ay), delta and phi of the half vector."""
-
-    oriented: ClassVar[bool] = True
 
     rho_s = param(0.5, 0.0, 1.0, "scale of the lobe, near the albedo")
     alpha_x = param(0.2, ALPHA_LOW, ALPHA_HIGH, "slope scale along x", alias="alpha", sampled="max")

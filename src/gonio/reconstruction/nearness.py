@@ -27,6 +27,7 @@ from ..declared.arguments import Declared, checked
 from ..declared.contents import WIDTH
 from ..declared.notebooks import repr_html
 from ..errors import Error, NotFoundError, ParameterError, shown, visible
+from ..formula import tree
 from ..formula.spectrum import Spectrum
 from ..numerics.lattice import lattice
 from ..pictures.colour import LONGEST, LUMINANCE, SHORTEST, transformed
@@ -350,7 +351,7 @@ def _seen(m: Reflectance) -> _Seen:
         raise ParameterError(
             f"nearest: a map of shape {maps}; expected one material: m.replace, with numbers of a place"
         )
-    if any(x is None or isinstance(x, Spectrum) for x in m.leaves()):  # wavelengths are still to be said
+    if any(x is None or isinstance(x, Spectrum) for x in tree.leaves(m)):  # wavelengths are still to be said
         m = m.at(SPECTRUM)
     to_rgb = None if is_rgb(m) else shown_as(m)
     wi, wo = _pairs()

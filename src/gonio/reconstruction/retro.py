@@ -22,6 +22,7 @@ from ..distributions.tabulated_anisotropic_facets import TabulatedAnisotropicFac
 from ..distributions.tabulated_facets import TabulatedFacets
 from ..errors import ParameterError, ShapeError
 from ..fitting.samples import real
+from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
 from ..formula.fresnel.schlick import Schlick
@@ -175,7 +176,7 @@ def retro_facets(
         raise ShapeError(f"{m!r:.80}: a map of shape {maps}, with channels last; expected one place of it, no map")
     theta = 0.5 * math.pi * np.square(np.arange(CELLS + 1) / CELLS)
     seen = np.minimum(theta, theta[-2])  # D at the horizon is that just before it
-    f, lost = _retro(m, seen, AZIMUTHS if m.is_oriented() else 1)
+    f, lost = _retro(m, seen, AZIMUTHS if tree.is_oriented(m) else 1)
     if isotropic or (isotropic is None and np.ptp(f, axis=1).max() <= SAME * f.max()):
         f = f.mean(axis=1, keepdims=True)
     rho = _albedo(diffuse, f.shape[-1])

@@ -15,6 +15,7 @@ from ..base.measured import Measured
 from ..base.provenance import derived
 from ..base.quantities import from_brdf
 from ..errors import MissingDataWarning, ParameterError, ToleranceWarning
+from ..formula import tree
 from ..integrals.over_hemisphere import integrate
 from ..tables.gridded import Gridded
 from ..tables.nodes import above
@@ -146,7 +147,7 @@ def reported(
     )
     history = [] if before is None else list(before.about.get("repairs", ()))
     provenance = after.provenance if before is None else derived(before)
-    return after.with_notes(about={**after.about, "repairs": [*history, record.to_json()]}, provenance=provenance)
+    return tree.with_notes(after, about={**after.about, "repairs": [*history, record.to_json()]}, provenance=provenance)
 
 
 def black_sky(m: Any) -> tuple[float, ...]:

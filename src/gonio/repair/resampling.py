@@ -13,6 +13,7 @@ from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..errors import ParameterError
+from ..formula import tree
 from ..tables.angle_systems import AZIMUTHS, angle_system
 from ..tables.axes import laid_out, nodes_of
 from ..tables.gridded import Gridded, real
@@ -57,7 +58,7 @@ def resample(
     """
     shape, system = tabular_shape(m), angle_system(parameterization)
     if axes is None:
-        isotropic = not m.is_oriented() if isinstance(m, Gridded) else m.is_isotropic()
+        isotropic = not tree.is_oriented(m) if isinstance(m, Gridded) else m.is_isotropic()
         nodes = nodes_of(system, not isotropic, resolution, system.fine)
     elif resolution is None:
         nodes = {name: real(f"axes: {name}", x).astype(float).reshape(-1) for name, x in axes.items()}

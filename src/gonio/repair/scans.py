@@ -14,6 +14,7 @@ from ..base.measured import Measured
 from ..base.provenance import derived
 from ..declared.arguments import checked
 from ..errors import ParameterError
+from ..formula import tree
 from ..tables.gridded import Gridded
 from ..tables.nodes import above, bracketed
 from ..tables.rows import distinct, turned
@@ -102,7 +103,7 @@ def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
         "largest": float(max((x.max() for x in changes_of), default=0.0)),
         "mean": float(np.mean([x.mean() for x in changes_of] or [0.0])),
     }
-    table = table.with_notes(provenance=derived(*scans))
+    table = tree.with_notes(table, provenance=derived(*scans))
     return reported(table, None, "merge_scans", {"scans": len(scans), "oriented": oriented}, changes, figures)
 
 

@@ -23,11 +23,10 @@ from .shapes import SHAPES
 FAR = 1e30
 
 
-class Body(Parametrised):
+class Body(Parametrised, has_text=False):
     """What rays meet."""
 
-    noun: ClassVar[str] = "a body"
-    has_text: ClassVar[bool] = False
+    _noun: ClassVar[str] = "a body"
 
     @abstractmethod
     def first(self, o: Direction, d: Direction) -> tuple[Hit, Any]:

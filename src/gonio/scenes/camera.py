@@ -22,11 +22,11 @@ class View(Parametrised):
     positions are `vector(...)`s, which pictures move to where they see the scene from.
 
     Example
-    >>> print(gn.scenes.View.unwritten(), gn.scenes.Camera.unwritten())
-    ['ray'] []
+    >>> print(issubclass(gn.scenes.OrthographicCamera, gn.scenes.View))
+    True
     """
 
-    noun: ClassVar[str] = "a camera: gn.scenes.Camera(eye, target=(x, y, z))"
+    _noun: ClassVar[str] = "a camera: gn.scenes.Camera(eye, target=(x, y, z))"
 
     eye = vector((0.0, -4.0, 0.0), "where the camera is [m]")
     target = vector((0.0, 0.0, 0.0), "what is in the middle of the picture [m]")
@@ -34,13 +34,8 @@ class View(Parametrised):
 
     @classmethod
     @cache
-    def unwritten(cls) -> list[str]:
-        """A camera writes `ray`.
-
-        Example
-        >>> print(gn.scenes.View.unwritten(), gn.scenes.Camera.unwritten())
-        ['ray'] []
-        """
+    def _unwritten(cls) -> list[str]:
+        """A camera writes `ray`."""
         return ["ray"] if cls.ray is View.ray else []
 
     def ray(self, x: Any, y: Any) -> tuple[Direction, Direction]:
@@ -149,10 +144,8 @@ def _points(points: Any) -> np.ndarray:
     return found
 
 
-class _Front(View):
+class _Front(View, has_text=False):
     """That of a shape alone: along +y, x to the right, z up, far away. Places are in the world's lengths."""
-
-    has_text = False
 
     def ray(self, x: Any, y: Any) -> tuple[Direction, Direction]:
         return Direction(x, -2.0 + 0.0 * x, y), Direction(0.0, 1.0, 0.0)

@@ -12,6 +12,7 @@ from ..base.reflectance import Reflectance
 from ..base.textured import textures
 from ..declared.arguments import Seed, checked
 from ..errors import ParameterError
+from ..formula import tree
 from ..formula.text import listed
 from ..pictures.image import Image
 from .asked import Samples, Size
@@ -133,12 +134,12 @@ def derived(
 
 def _path(scene: Any, name: str, textured: Container[str], who: str) -> str:
     """The path of a number in the scene. Raises ParameterError for one that moves the edges of a light."""
-    path: str = scene.located(name if name.startswith("lights.") else f"material.{name}")
-    for place, field, _, _ in scene.walk():
+    path: str = tree.located(scene, name if name.startswith("lights.") else f"material.{name}")
+    for place, field, _, _ in tree.walk(scene):
         alias = getattr(field, "alias", None)
         if alias and path == place.removesuffix(field.name) + alias:
             path = place
-    if path not in {x for x in scene.leaf_paths() if x}:
+    if path not in {x for x in tree.leaf_paths(scene) if x}:
         raise ParameterError(f"{who}(by={name}): no number; expected some of {listed([*scene.parameters])}")
     if path.removeprefix("material.") in textured:
         rule = "a picture has no derivative by all of its texels; expected a number"

@@ -14,11 +14,13 @@ from ..arrays import ops
 from ..base.light import Light
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
+from ..base.reradiation import exchanges
 from ..base.shown_channels import is_coloured, shown_as
 from ..base.under_light import glow
 from ..declared.arguments import Declared, Seed, checked
 from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..evaluate.computation import composite
+from ..formula import tree
 from ..formula.direction import Direction, dot
 from ..integrals.glows import channels_of, glows, widths
 from ..integrals.illumination import as_lights, at_wavelengths, check_channels, has_spectra
@@ -241,7 +243,7 @@ def refuse_shadows(stage: Stage, who: str) -> None:
 def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, channels: Any) -> tuple[list[Light], bool]:
     """The lights of a picture of a material, and whether some are spectra. Raises ShapeError for maps, ArrayTypeError
     for numbers of other array libraries."""
-    for x in m.leaves():
+    for x in tree.leaves(m):
         lib = ops.library_of_type(type(x))
         if lib is not None and lib.name != "numpy":
             cure = f"write gonio.bridges.{lib.name}.render, or" if lib.name in ("torch", "jax") else "expected"
@@ -249,7 +251,7 @@ def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, channels: 
                 f"a picture's material has numbers of {lib.name}, whose derivatives are lost; {cure} NumPy's"
             )
     if maps := map_shape(m):
-        place = next(path for path, _, x, _ in m._numbers() if np.ndim(x) > 1)
+        place = next(path for path, _, x, _ in tree.numbers(m) if np.ndim(x) > 1)
         rule = "a picture shows one material: one number, or one per channel"
         cure = f"for one place of the map m.replace({{{place!r}: values[index]}}), or an option of the file's format"
         raise ShapeError(f"render: {place} is a map of shape {maps}, with channels last; {rule}; {cure}")
@@ -292,7 +294,7 @@ def glows_of(
 ) -> list[tuple[Reflectance, list[Light]]]:
     """What a material re-radiates under the lights of a picture, each under some of them: see `glows`. `before`: the
     matrix that makes RGB of its reflectance, where the lights are taken for daylight."""
-    if not m.exchanges:
+    if not exchanges(m):
         return []
     power = None
     if m.wavelengths is not None and (by_power or (channels is None and shown_as(m) is not None)):
@@ -305,14 +307,14 @@ def glows_of(
 
 def refuse_fluorescence(m: Reflectance, who: str) -> None:
     """Raises ParameterError for a material that re-radiates light, where a picture is of one reflectance."""
-    if m.exchanges:
+    if exchanges(m):
         rule = "which has none of the light that leaves at another wavelength; expected the material under a light"
         raise ParameterError(f"{who}: {m!r:.60} fluoresces, and this is made of its f, {rule}: m.under(E)")
 
 
 def in_daylight(m: Reflectance) -> Reflectance:
     """A material that fluoresces as it is in daylight, where its wavelengths are known; others as they are."""
-    return m.under(_daylight(m)) if m.exchanges and m.wavelengths is not None and m.sides == "front" else m
+    return m.under(_daylight(m)) if exchanges(m) and m.wavelengths is not None and m.sides == "front" else m
 
 
 def _daylight(m: Reflectance) -> np.ndarray:

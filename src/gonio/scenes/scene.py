@@ -26,7 +26,7 @@ class Scene:
 
     _repr_html_ = repr_html
 
-    noun = "a scene: gn.Scene([gn.scenes.Mesh(shape, material)])"
+    _noun = "a scene: gn.Scene([gn.scenes.Mesh(shape, material)])"
 
     @checked
     def __init__(self, parts: Any):

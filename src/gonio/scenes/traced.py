@@ -16,6 +16,7 @@ from ..base.textured import mapped
 from ..evaluate import batch
 from ..evaluate.call import UNROLLED
 from ..evaluate.computation import Computation, composite
+from ..formula import tree
 from ..pictures.colour import transformed
 from .estimator import direct, shares
 from .passes import Found
@@ -66,7 +67,7 @@ class Traced(NamedTuple):
         if colours > 1:
             given = [composite(**{str(j): of_channel(light, j) for j in range(colours)}) for light in lights]
         values = pixels.stage.values(pixels.size) | ({} if part is None else {"part": float(part)})
-        scene = composite(**mapped(m.unlabelled), lights=given, **values)
+        scene = composite(**mapped(m._unlabelled), lights=given, **values)
         own = batch.channels(scene) or 1
         matrix = after if before is None else before
         channels = own if matrix is None else matrix.shape[1]
@@ -82,7 +83,7 @@ class Traced(NamedTuple):
             name: getattr(self.scene, name) for name in ("material", "maps", "lights") if name in self.scene.fields
         }
         told = composite(**shown, camera=stage.camera)
-        bodies = [(type(body).__name__, *body.leaves()) for body in stage.bodies]
+        bodies = [(type(body).__name__, *tree.leaves(body)) for body in stage.bodies]
         rest = (stage.identity, bodies, stage.margin, stage.backdrop, self.pixels.size, self.pixels.seed)
         return identity(told, rest, self.colours, self.matrix, *(glow.identity() for glow in self.glows))
 

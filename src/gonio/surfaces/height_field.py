@@ -43,7 +43,7 @@ class HeightField:
     (2.0, 1.0) (0.6, 0.0)
     """
 
-    noun = "a surface such as gn.surfaces.gaussian(0.3)"
+    _noun = "a surface such as gn.surfaces.gaussian(0.3)"
 
     @checked
     def __init__(

@@ -13,6 +13,7 @@ from ..base.reflectance import Reflectance
 from ..base.reradiation import warn_of_reradiation
 from ..declared.arguments import checked
 from ..errors import FormatError, ParameterError, held_by, shown
+from ..formula import tree
 from ..formula.fields import Ours
 from . import dataset_layout
 from .angle_systems import angle_system
@@ -223,4 +224,4 @@ def _on_grid(m: Reflectance, parameterization: str, resolution: Sequence[int] | 
     names, values = tristimulus(m.channel_names, f_at(m, *system.directions(axes)))
     channels = (names or channels_named(values.shape[-1])) if values.ndim > len(axes) else None
     table = Gridded(parameterization, axes, values, channels=channels, about={"made_of": repr(m)})
-    return table.with_notes(provenance=derived(m))
+    return tree.with_notes(table, provenance=derived(m))

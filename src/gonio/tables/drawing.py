@@ -11,6 +11,7 @@ from ..arrays import Fixed, ops
 from ..base.angles import direction
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine, polar_angle, reflect, select
 from ..formula.table_warp import MarginalWarp, Slices, both, gather, tables_when_needed
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
@@ -57,7 +58,7 @@ class Drawn(Reflectance):
         bare = self._looked_up()
 
         def lobes() -> np.ndarray:
-            return lobe_tables(self._changed({}, bare), self.is_oriented())
+            return lobe_tables(self._changed({}, bare), tree.is_oriented(self))
 
         return {**bare, **tables_when_needed(KINDS, lobes)}
 
@@ -92,14 +93,14 @@ class Drawn(Reflectance):
     def _seen_from(self, wo: Direction) -> tuple[Slices, Any]:
         """The sampling tables around wo with their weights, and the azimuth from which their azimuths count."""
         theta = between(polar_angle(wo) * ((VIEWS - 1) / STEEPEST), VIEWS)
-        if not self.is_oriented():
+        if not tree.is_oriented(self):
             return theta, azimuth_of(wo)
         phi = between((azimuth_of(wo) + math.pi) * (TURNS / (2.0 * math.pi)), TURNS + 1)
         return both(phi, theta, VIEWS), 0.0
 
     @property
     def _lobe(self) -> MarginalWarp:
-        count = VIEWS * (TURNS + 1) if self.is_oriented() else VIEWS
+        count = VIEWS * (TURNS + 1) if tree.is_oriented(self) else VIEWS
         return MarginalWarp(
             self.lobe_cells, self.lobe_rows, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS), count
         )

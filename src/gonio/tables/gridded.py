@@ -13,6 +13,7 @@ from ..base.provenance import derived
 from ..base.quantities import from_brdf, quantity_named, suspect_units, to_brdf
 from ..declared.arguments import checked
 from ..errors import ParameterError
+from ..formula import tree
 from ..formula.direction import HORIZON
 from ..formula.fields import Ours, kept, option, table
 from ..formula.fields import channels as channel_field
@@ -190,14 +191,9 @@ class Gridded(Interpolated):
             provenance=self.provenance,
         )
 
-    def is_oriented(self) -> bool:
-        """Whether there is an axis for the orientation of the sample.
-
-        Example
-        >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0]}
-        >>> print(gn.Gridded("angles", axes, np.full((2, 2, 1), 0.1)).is_oriented())
-        False
-        """
+    @property
+    def _oriented(self) -> bool:  # type: ignore[override]  # asked of the object
+        """Whether there is an axis for the orientation of the sample."""
         return len(self.layout) == 4
 
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
@@ -298,7 +294,7 @@ class Gridded(Interpolated):
         [0.1592 0.1592 0.1592 0.1592]
         """
         like_this = Gridded(values=values, uncertainty=uncertainty, **{**self._arguments(), **other})
-        return like_this.with_notes(provenance=derived(self))
+        return tree.with_notes(like_this, provenance=derived(self))
 
     def _arguments(self) -> dict[str, Any]:
         """The arguments of `Gridded` that made this table, but for the numbers in it."""

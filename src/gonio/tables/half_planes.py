@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..formula import tree
 from .gridded import Gridded
 from .rows import SAME
 from .scattered import Scattered
@@ -30,7 +31,7 @@ def half_planes(m: Gridded) -> np.ndarray:
     if isinstance(m, Scattered):
         off = m.rows[(m.rows[:, 0] > ALIKE) & (m.rows[:, 2] > ALIKE)]
         phi = off[:, 3] - off[:, 1]
-    elif m.is_oriented():
+    elif tree.is_oriented(m):
         phi = (m.axes["phi_o"] - m.axes["phi_i"][:, None]).reshape(-1)
     else:
         phi = m.axes["phi"]

@@ -15,6 +15,7 @@ from ..base.provenance import derived as derived_from
 from ..base.quantities import quantity_named, suspect_units, to_brdf
 from ..declared.arguments import checked
 from ..errors import ParameterError
+from ..formula import tree
 from ..formula.fields import Ours
 from ..formula.state import derived, freeze, note
 from . import dataset_layout
@@ -108,7 +109,7 @@ class Scattered(Gridded):
         True None
         """
         f, u = self.row_brdf()
-        rows = Rows(self.rows, f, u, self.is_oriented(), self.is_mirrored, self.outside)
+        rows = Rows(self.rows, f, u, tree.is_oriented(self), self.is_mirrored, self.outside)
         nodes: tuple = freeze(interpolated(rows, self.axes))
         return nodes
 
@@ -148,17 +149,17 @@ class Scattered(Gridded):
         other = self._made_of()  # of this class, whose own constructor may take the rows of a file
         Scattered.__init__(other, **{**self._arguments_of_rows(), "outside": grouped["outside"]})
         attributes = self.__dict__
-        other._hold(**{n: attributes[n] for n in self.beside if n in attributes and n not in other.__dict__})
+        other._hold(**{n: attributes[n] for n in self._beside if n in attributes and n not in other.__dict__})
         return other._replaced(grouped)
 
     def _with_stored(self, values: Any, uncertainty: Any, **other: Any) -> Gridded:
         new = Scattered(**{**self._arguments_of_rows(), "values": values, "uncertainty": uncertainty, **other})
-        return new.with_notes(provenance=derived_from(self))
+        return tree.with_notes(new, provenance=derived_from(self))
 
     def _arguments_of_rows(self) -> dict[str, Any]:
         """The arguments of `Scattered` that made this."""
         same = ("quantity", "uncertainty", "outside", "path", "about")
-        renamed = {"values": self.stored, "channels": self.channel_names, "isotropic": not self.is_oriented()}
+        renamed = {"values": self.stored, "channels": self.channel_names, "isotropic": not tree.is_oriented(self)}
         rows = dict(zip(ROW_ANGLES, self.rows.T, strict=True))
         return {**rows, **{name: getattr(self, name) for name in same}, **renamed}
 
@@ -189,7 +190,7 @@ class Scattered(Gridded):
         {'measurement': 15}
         """
         rows = dict(zip(ROW_ANGLES, self.rows.T, strict=True))
-        return self._dataset(rows, [dataset_layout.ROW], isotropic=not self.is_oriented())
+        return self._dataset(rows, [dataset_layout.ROW], isotropic=not tree.is_oriented(self))
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes of the grid.

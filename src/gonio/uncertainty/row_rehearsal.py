@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import KDTree
 
+from ..formula import tree
 from ..tables.angle_systems import SYSTEMS
 from ..tables.gridded import Gridded
 from ..tables.half_planes import ALIKE
@@ -41,7 +42,7 @@ class RowRehearsal(Rehearsal):
         return [*super().parts(of, noisy), *self._by_rows(of, noisy)]
 
     def _by_rows(self, of: Linear, noisy: bool) -> Iterator[Part]:
-        m, four = self.m, self.m.is_oriented()
+        m, four = self.m, tree.is_oriented(self.m)
         rows = coefficients(m, of, FEWEST if of.sampled else 1).of(0)
         angles = angles_of(m.axes, four)
         some = np.flatnonzero(np.diff(sparse.csc_array(rows).indptr))
@@ -51,8 +52,8 @@ class RowRehearsal(Rehearsal):
             some = np.sort(np.random.default_rng(0).choice(some, TARGETS, replace=False))
         few = sparse.csr_array(rows[:, some] * share)
         there = angles[some]
-        tree = KDTree(places_of(m.rows, four, m.is_mirrored))
-        nearest = tree.query(places_of(angles, four, m.is_mirrored))[1] if noisy else None
+        neighbours = KDTree(places_of(m.rows, four, m.is_mirrored))
+        nearest = neighbours.query(places_of(angles, four, m.is_mirrored))[1] if noisy else None
         for name, left, scale in groups(m):
             changes, noise = [], []
             for without in (left, ~left):
@@ -62,12 +63,12 @@ class RowRehearsal(Rehearsal):
             for factor, sign in ((scale, 1.0), (0.5, -1.0)):
                 of_values = sparse.csr_array(factor * (noise[0] + sign * noise[1])) if noise else None
                 yield Part(name, factor * few @ (changes[0] + sign * changes[1]), of_values)
-        yield Part("far", few @ self._far(tree, places_of(there, four, m.is_mirrored)))
+        yield Part("far", few @ self._far(neighbours, places_of(there, four, m.is_mirrored)))
         if len(_bins(_coordinates(m)[-1], math.inf)) == 1:
             yield Part("off plane", few @ self._off_plane(some, there))
 
     def left_out(self) -> Iterator[tuple[float, list[Gridded]]]:
-        angles = angles_of(self.m.axes, self.m.is_oriented())
+        angles = angles_of(self.m.axes, tree.is_oriented(self.m))
         for _, left, scale in groups(self.m):
             made = (self._without(without, angles).reshape(self.m.brdf().shape) for without in (left, ~left))
             yield scale, [self.m.with_brdf(np.where(np.isnan(self.m.brdf()), np.nan, f)) for f in made]
@@ -76,15 +77,15 @@ class RowRehearsal(Rehearsal):
         """f (m, C) at angles (m, 4), interpolated without some of the rows."""
         m = self.m
         f = m.row_brdf()[0][~left]
-        return at_angles(Rows(m.rows[~left], f, None, m.is_oriented(), m.is_mirrored, "hold"), angles)[0]
+        return at_angles(Rows(m.rows[~left], f, None, tree.is_oriented(m), m.is_mirrored, "hold"), angles)[0]
 
-    def _far(self, tree: KDTree, places: np.ndarray) -> np.ndarray:
+    def _far(self, neighbours: KDTree, places: np.ndarray) -> np.ndarray:
         """What nodes further from rows than rows are from each other may be off: the spread of rows, by distance."""
-        f = self.m.row_brdf()[0].reshape(tree.n, -1)
-        if tree.n < 3:
+        f = self.m.row_brdf()[0].reshape(neighbours.n, -1)
+        if neighbours.n < 3:
             return np.zeros((len(places), f.shape[1]))
-        usual = np.median(tree.query(tree.data, k=2)[0][:, 1])
-        distance, index = tree.query(places, k=min(NEIGHBOURS, tree.n))
+        usual = np.median(neighbours.query(neighbours.data, k=2)[0][:, 1])
+        distance, index = neighbours.query(places, k=min(NEIGHBOURS, neighbours.n))
         size = np.maximum(distance[:, -1], 1e-9)
         ratio = np.where(distance[:, 0] > 2.0 * usual, distance[:, 0] / size, 0.0)
         return ratio[:, None] * np.nan_to_num(np.nanstd(f[index], axis=1))
@@ -110,7 +111,7 @@ def _less(rows: sparse.csr_array, mine: np.ndarray) -> sparse.csr_array:
 def _coordinates(m: Scattered) -> list[np.ndarray]:
     """The angles of rows in which they may lie in order: polar angles, azimuths of half-planes."""
     theta_i, phi_i, theta_o, phi_o = m.rows.T
-    if m.is_oriented():
+    if tree.is_oriented(m):
         return [theta_i, theta_o, np.mod(phi_i, 2.0 * math.pi), np.mod(phi_o, 2.0 * math.pi)]
     phi = np.mod(phi_o - phi_i + 0.5 * ALIKE, 2.0 * math.pi)
     return [theta_i, theta_o, np.minimum(phi, 2.0 * math.pi - phi + ALIKE) if m.is_mirrored else phi]
@@ -126,7 +127,7 @@ def groups(m: Scattered) -> Iterator[Group]:
     """Halves of the rows: every second of the few values of an angle; and every second row, where there are many."""
     coordinates = _coordinates(m)
     steps, free = [], 0
-    for name, angle in zip(SYSTEMS["angles"].axes(m.is_oriented()), coordinates, strict=True):
+    for name, angle in zip(SYSTEMS["angles"].axes(tree.is_oriented(m)), coordinates, strict=True):
         span = (angle.max() - angle.min()) / ALIKE
         values = _bins(angle, min(len(angle) / 3.0, 0.5 * span + 1.0))
         if len(values) == 0:

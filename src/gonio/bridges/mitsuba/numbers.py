@@ -11,6 +11,7 @@ from ...arrays import Fixed
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...evaluate.tracing import content
+from ...formula import tree
 from ...formula.fields import Channels, Field, Param, Wavelengths
 
 
@@ -69,7 +70,7 @@ def numbers(mi: Any, m: Reflectance) -> list[Number]:
     import drjit as dr
 
     found: list[Number] = []
-    for (path, field, _, owner), leaf in zip(m._numbers(), content(m).leaves, strict=True):
+    for (path, field, _, owner), leaf in zip(tree.numbers(m), content(m).leaves, strict=True):
         array = np.asarray(leaf.numbers if isinstance(leaf, Fixed) else leaf, dtype=float)
         if array.ndim > 1:
             raise ParameterError(

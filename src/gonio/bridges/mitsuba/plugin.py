@@ -13,6 +13,7 @@ from ...base import kernels
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...evaluate.tracing import Task, traced
+from ...formula import tree
 from ...models.lambertian import Lambertian
 from .colours import Colours
 from .numbers import Number, numbers, parameters, tables
@@ -103,7 +104,7 @@ def _flags_of(mi: Any, m: Reflectance) -> list[int]:
         for lobe in _lobes(m, back):
             kind = _kind(mi, lobe, m)
             kinds[kind] = kinds.get(kind, 0) | int(side)
-    common = int(mi.BSDFFlags.Anisotropic) if m.is_oriented() else 0
+    common = int(mi.BSDFFlags.Anisotropic) if tree.is_oriented(m) else 0
     return [kind | sides | common for kind, sides in kinds.items()]
 
 

@@ -15,6 +15,7 @@ from ...compile.source.names import identifier, is_prefix
 from ...declared import discover
 from ...declared.arguments import Declared, checked
 from ...errors import ParameterError, shown
+from ...formula import tree
 from .functions import FUNCTIONS
 from .result import Argument as Argument
 from .result import ShaderSource as ShaderSource
@@ -87,7 +88,7 @@ def shader_source(
         m._require_one_direction()
     require_numbers(m, "source")
     _require_no_maps(m)
-    if any(True for _ in m.holed()):
+    if any(True for _ in tree.holed(m)):
         raise ParameterError(
             "source: some numbers of the material are missing (NaN); expected none; give them by m.replace"
         )
@@ -96,7 +97,7 @@ def shader_source(
 
 def _require_no_maps(m: Reflectance) -> None:
     """Raises ParameterError for a material with maps: a text is for the numbers of one place."""
-    for path, _, value, _ in m._numbers():
+    for path, _, value, _ in tree.numbers(m):
         if np.ndim(value) > 1:
             at = tuple(np.reshape(value, (-1, value.shape[-1]))[0].tolist())
             raise ParameterError(

@@ -20,6 +20,7 @@ from ...declared import discover
 from ...declared.version import __version__
 from ...errors import ParameterError
 from ...evaluate import tracing
+from ...formula import tree
 from ...formula.parametrised import Parametrised
 from ...trace import passes
 from ...trace.graph import MASK, REAL
@@ -43,10 +44,10 @@ class Writer:
         self.m, self.language, self.name = m, language, name
         self.content = tracing.content(m)
         self.channels = m.channels
-        self.ways = [getattr(field, "sampled", "mean") for _, field, _, _ in m._numbers()]
+        self.ways = [getattr(field, "sampled", "mean") for _, field, _, _ in tree.numbers(m)]
         values = [v.numbers if isinstance(v, Fixed) else v for v in self.content.leaves]
         self.values = [tuple(np.atleast_1d(np.asarray(v, float)).reshape(-1)[-_width(v) :].tolist()) for v in values]
-        self.paths = [path or CHANNEL for path in m.leaf_paths()]
+        self.paths = [path or CHANNEL for path in tree.leaf_paths(m)]
         self.as_arguments = as_arguments
         self.short = short_names(self.paths)
         prefix = "" if as_arguments else f"{name}_"
@@ -234,7 +235,7 @@ class Writer:
 def _classes(m: Parametrised) -> list[type]:
     """The classes of a material and of its parts, each once, without those that only add and weigh."""
     found: dict[type, None] = {}
-    for value in (m, *(owner for _, _, _, owner in m.walk())):
+    for value in (m, *(owner for _, _, _, owner in tree.walk(m))):
         if not isinstance(value, (Sum, Scaled)):
             found.setdefault(type(value))
     return list(found)

@@ -14,6 +14,7 @@ from ...base.measured import Total, tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError, expect_one_of
+from ...formula import tree
 from ...formula.state import note
 from ...models._quarters import MirroredX, quarters
 from ...pictures.colour import XYZ_OF_RGB
@@ -184,7 +185,7 @@ def own_table(m: Reflectance, kind: str, asked: Asked) -> tuple[Gridded, np.ndar
     """A measurement on such axes and its f (grid..., C), where no angles are asked for; else None."""
     if not isinstance(m, Gridded) or not asked.own_angles:
         return None
-    if tuple(m.axes) != angle_system(kind).axes(m.is_oriented()):
+    if tuple(m.axes) != angle_system(kind).axes(tree.is_oriented(m)):
         return None
     return m, m.brdf() if m.channel_names else m.brdf()[..., None]
 

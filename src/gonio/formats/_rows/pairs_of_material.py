@@ -14,6 +14,7 @@ from ...base.quantities import from_brdf, to_brdf
 from ...base.reflectance import Reflectance
 from ...declared.arguments import Declared
 from ...errors import ParameterError
+from ...formula import tree
 from ...formula.direction import HORIZON
 from ...models._quarters import quarters
 from ...tables.angle_systems import SYSTEMS
@@ -154,7 +155,7 @@ def of_nodes(m: Gridded) -> Pairs:
 def _of_grid(m: Gridded, as_held: bool) -> Pairs:
     pairs = of_nodes(m)
     up: Any = slice(None)
-    if "theta_o" in m.axes and (not m.is_oriented() or "phi_o" in m.axes):
+    if "theta_o" in m.axes and (not tree.is_oriented(m) or "phi_o" in m.axes):
         theta_i, theta_o, *phi = pairs.angles.T
         phi_i, phi_o = _turned(phi[0], m.about.get("phi_i")) if len(phi) == 1 else phi
     else:
@@ -251,7 +252,7 @@ def _lit_from(
     if incident is None:
         return pairs_of(m, resolution, quantities)
     theta_i, phi_i = seen_from(quarter, np.array([[*incident, 0.0, 0.0]]))[0, :2]
-    if resolution is not None or not isinstance(m, Gridded) or m.is_oriented():
+    if resolution is not None or not isinstance(m, Gridded) or tree.is_oriented(m):
         return pairs_of(m, resolution, quantities, incident=(theta_i, phi_i))
     own = float(m.about.get("phi_i", 0.0)) if not isinstance(m, Scattered) else float(m.rows[0, 1])
     pairs = pairs_of(m, None, quantities, incident=(theta_i, own))

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
+from ...formula import tree
 from ...models._quarters import quarters
 from ...tables.gridded import Gridded
 from ...tables.rows import ROW_ANGLES
@@ -55,7 +56,7 @@ def _shared_options(m: Reflectance) -> dict[str, str]:
     """The options of rows that all parts of a reflectance on both sides have."""
     parts = quarters(m).values()
     outside = {part.outside for part in parts if isinstance(part, Gridded)}
-    flat = {part.is_isotropic() if not isinstance(part, Gridded) else not part.is_oriented() for part in parts}
+    flat = {part.is_isotropic() if not isinstance(part, Gridded) else not tree.is_oriented(part) for part in parts}
     options = {"outside": outside.pop()} if len(outside) == 1 else {}
     return options | ({"isotropic": str(flat.pop()).lower()} if len(flat) == 1 else {})
 

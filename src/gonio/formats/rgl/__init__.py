@@ -184,7 +184,8 @@ class RGL(Measured):
     def _key(self) -> tuple:
         return (*super()._key(), *((name, self.stored[name]) for name in ("vndf", "luminance")))
 
-    def is_oriented(self) -> bool:
+    @property
+    def _oriented(self) -> bool:  # type: ignore[override]  # asked of the object
         """Whether the file holds data that change as the sample is turned."""
         return not self.isotropic
 

@@ -40,6 +40,7 @@ from ...base.measured import Total
 from ...base.reflectance import Reflectance
 from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
+from ...formula import tree
 from ...models.sheet import Sheet
 from .._layout import CHANNEL, Axis, Layout
 from .._optical.angle_tables import (
@@ -320,7 +321,7 @@ def _new(m: Reflectance, anisotropic: bool, asked: Asked, wavelengths: Sequence[
 
 def _sampled(m: Reflectance, anisotropic: bool, asked: Asked) -> tuple[dict[str, list[float]], np.ndarray]:
     """Angles of the file [degrees], and f with the axes of `LAYOUT`."""
-    if (own := own_table(m, "angles", asked)) and not own[0].is_oriented():
+    if (own := own_table(m, "angles", asked)) and not tree.is_oriented(own[0]):
         return LAYOUT.written(own[0].axes, own[1], own[0].is_mirrored)
     if not anisotropic and (asked.angles["sample"] is not None or not m.is_isotropic()):
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")

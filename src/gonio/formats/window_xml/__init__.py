@@ -20,6 +20,7 @@ from ...base.reflectance import Reflectance
 from ...declared.arguments import BELOW_ONE, Declared
 from ...errors import FormatError, ParameterError
 from ...files import replacing
+from ...formula import tree
 from ...formula.fields import Ours
 from ...models._quarters import quarters
 from ...models._reversed import Reversed
@@ -110,7 +111,7 @@ def read(
             values = _stacked(own) if choice.names else own[0]
             named: dict[str, Any] = {"side": VIEWED[quarter], "channel_names": choice.names}
             m = Klems(Ours(values), *bases[choice.blocks[0]], path=str(path), about=facts, **named)
-        parts[quarter] = m.with_notes(document=document, chosen=(choice.blocks, others), quarter=quarter)
+        parts[quarter] = tree.with_notes(m, document=document, chosen=(choice.blocks, others), quarter=quarter)
     for one, other in (("forward", "backward"), ("backward", "forward")):
         if one in parts and other not in parts:
             parts[other] = Reversed(parts[one])

@@ -28,8 +28,8 @@ class Film(Parametrised):
     Film(eta=2.35, thickness=58.0, k=0.0)
     """
 
-    noun: ClassVar[str] = "a film"
-    reflects: ClassVar[str] = "gn.Microfacet(gn.GGX(0.1), gn.FilmStack({}))"
+    _noun: ClassVar[str] = "a film"
+    _reflects: ClassVar[str] = "gn.Microfacet(gn.GGX(0.1), gn.FilmStack({}))"
 
     eta = param(1.33, 0.01, 20.0, "real part of the refractive index")
     thickness = param(300.0, 0.0, 1e5, "thickness", unit="nm")

@@ -26,6 +26,7 @@ from ...base.map_shape import map_shape
 from ...base.reflectance import Reflectance
 from ...evaluate import batch
 from ...evaluate.factors import factors
+from ...formula import tree
 from ...formula.fields import Channels
 from ...numerics.quadrature import Integrals
 from ..places import Places
@@ -73,7 +74,7 @@ def _of_lobe(lobe: Reflectance, wanted: Wanted) -> Integrals:
     plain = (
         not lobe.is_delta
         and lobe.sides == "front"
-        and not any(isinstance(field, Channels) for _, field, _, _ in lobe.walk())
+        and not any(isinstance(field, Channels) for _, field, _, _ in tree.walk(lobe))
     )
     if math.prod(own) <= 1 or not apart or not plain:
         number = np.broadcast_to(np.arange(math.prod(wanted.shape)).reshape(wanted.shape), shape).reshape(-1)
@@ -94,13 +95,13 @@ def _of_maps(lobe: Reflectance, own: tuple[int, ...], wanted: Wanted) -> tuple[n
     """Value (directions, places, C), error and missing (directions, places). Channels that differ by numbers on maps
     alone are treated as places of a map of one channel."""
     channels, places = batch.channels(lobe) or 1, math.prod(own)
-    shared = [x for x in lobe.leaves() if np.ndim(x) == 1 and len(x) > 1]
+    shared = [x for x in tree.leaves(lobe) if np.ndim(x) == 1 and len(x) > 1]
     if not shared and not wanted.coloured:
 
         def flat(x: Any) -> Any:
             return np.broadcast_to(x, (*own, channels)).reshape(-1, 1) if np.ndim(x) > 1 else x
 
-        value, error, missing = _of_rows(lobe.each(flat), places * channels, wanted)
+        value, error, missing = _of_rows(tree.each(lobe, flat), places * channels, wanted)
         shape = len(value), places, channels
         return value.reshape(shape), error.reshape(shape).max(axis=-1), missing.reshape(shape).max(axis=-1)
     parts = []
@@ -112,7 +113,7 @@ def _of_maps(lobe: Reflectance, own: tuple[int, ...], wanted: Wanted) -> tuple[n
             x = x[..., c : c + 1] if x.shape[-1] > 1 else x
             return np.broadcast_to(x, (*own, 1)).reshape(-1, 1) if x.ndim > 1 else x
 
-        value, error, missing = _of_rows(lobe.each(of_channel), places, wanted)
+        value, error, missing = _of_rows(tree.each(lobe, of_channel), places, wanted)
         parts.append((value[..., c : c + 1] if channels > 1 and value.shape[-1] > 1 else value, error, missing))
     values, errors, absent = zip(*parts, strict=True)
     return np.concatenate(values, axis=-1), np.max(errors, axis=0), np.max(absent, axis=0)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.reflectance import Reflectance
+from ...formula import tree
 from ...numerics.quadrature import Integrals
 from ..places import Places
 
@@ -53,7 +54,7 @@ class Rows(NamedTuple):
 
     def at(self, rows: Any) -> Reflectance:
         """The material at some rows."""
-        return self.m.each(lambda x: x[rows] if np.ndim(x) > 1 else x)
+        return tree.each(self.m, lambda x: x[rows] if np.ndim(x) > 1 else x)
 
     def integrals(self, rows: np.ndarray, wanted: Wanted, share: float) -> Integrals:
         """Integrals (directions, rows[, C]) to a share of the tolerance, one by one."""
@@ -66,13 +67,13 @@ class Rows(NamedTuple):
     def whole(self) -> np.ndarray:
         """The numbers of the rows without holes."""
         ok = np.ones(self.length, bool)
-        for x in self.m.holed():
+        for x in tree.holed(self.m):
             ok &= np.isfinite(x[:, 0]) if np.ndim(x) > 1 else bool(np.isfinite(x).all())
         return np.flatnonzero(ok)
 
     def extremes(self) -> list[int]:
         """Rows with the least and the largest numbers."""
-        maps = (x[:, 0] for x in self.m.leaves() if np.ndim(x) > 1)
+        maps = (x[:, 0] for x in tree.leaves(self.m) if np.ndim(x) > 1)
         return [row for x in maps for row in least_and_most(x)]
 
 

@@ -21,6 +21,7 @@ from ...base.map_shape import map_shape
 from ...base.reflectance import Reflectance
 from ...base.shown_channels import is_rgb, shown_as
 from ...evaluate.tracing import at_most
+from ...formula import tree
 from ...lights.environment import EnvironmentLight
 from ...numerics.lattice import lattice
 from ...pictures.files import png_jpeg
@@ -129,7 +130,7 @@ def _map(m: Reflectance) -> tuple[np.ndarray, None]:
         place: tuple[Any, ...] = (*(0,) * (len(shape) - len(steps)), *steps)
         return np.ascontiguousarray(whole[place])
 
-    few = m.each(thinned)
+    few = tree.each(m, thinned)
     of = map_shape(few)
     f = with_channels(few.f(direction(math.radians(45.0), math.pi), direction(0.0, 0.0)), len(of))
     pixels = math.pi * _colour(m, f)
