@@ -23,7 +23,7 @@ from click.testing import CliRunner
 import gonio as gn
 from gonio.cli.command import Command, Typed
 from gonio.cli.commands import cli
-from gonio.declared.arguments import Argument, Declared, arguments, checked
+from gonio.declared.arguments import Declared, FunctionArgument, arguments, checked
 from gonio.errors import ParameterError
 from gonio.facts.public import forms, function_of
 
@@ -81,7 +81,9 @@ def test_help_fits_and_says_units(name):
     ],
 )
 def test_numbers_are_typed_in_the_units_of_people(declared, text, value):
-    assert Typed(Argument("a", (float,), 0.0, declared)).convert(text, None, None) == pytest.approx(value, rel=1e-12)
+    assert Typed(FunctionArgument("a", (float,), 0.0, declared)).convert(text, None, None) == pytest.approx(
+        value, rel=1e-12
+    )
 
 
 WRONG = [
@@ -150,7 +152,7 @@ def test_every_option_is_told_as_it_was_typed(name):
             assert kind.convert("none", parameter, None) is None
 
 
-def declared_arguments() -> list[Argument]:
+def declared_arguments() -> list[FunctionArgument]:
     """Those of public functions, readers and writers."""
     surfaces = [getattr(gn.surfaces, name) for name in gn.surfaces.__all__]
     public = [getattr(gn, name) for name in gn.__all__ if inspect.isfunction(getattr(gn, name))]

@@ -263,7 +263,7 @@ def third_of(u0: Any, u1: Any) -> Any:
     return winds - ops.floor(winds)
 
 
-class _Choice(NamedTuple):
+class _Draw(NamedTuple):
     """What is drawn so far: a direction, whether it is from a delta lobe and with which weight, whether it is lost."""
 
     wi: Direction
@@ -271,19 +271,19 @@ class _Choice(NamedTuple):
     weight: Any
     lost: Any
 
-    def unless(self, here: Any, other: _Choice) -> _Choice:
+    def unless(self, here: Any, other: _Draw) -> _Draw:
         """The other one where the condition holds."""
         wi = select(here, other.wi, self.wi)
         rest = zip(other[1:], self[1:], strict=True)
-        return _Choice(wi, *(ops.where(here, a, b) for a, b in rest))
+        return _Draw(wi, *(ops.where(here, a, b) for a, b in rest))
 
 
-def _choice(lobe: Hooks, factor: Any, chromatic: Hooks, wo: Direction, u: tuple[Any, Any]) -> _Choice:
+def _choice(lobe: Hooks, factor: Any, chromatic: Hooks, wo: Direction, u: tuple[Any, Any]) -> _Draw:
     """What a lobe draws; `factor`: its weight over the probability of choosing it."""
     never, none = u[0] < -1.0, 0.0 * wo.z
     wi = lobe.mirrored(wo) if lobe.is_delta else lobe.warp(wo, *u)
     lost = ~on_its_side(lobe, wi)[0]
-    return _Choice(wi, ~never, factor * chromatic.mirror(wo), lost) if lobe.is_delta else _Choice(wi, never, none, lost)
+    return _Draw(wi, ~never, factor * chromatic.mirror(wo), lost) if lobe.is_delta else _Draw(wi, never, none, lost)
 
 
 def _sample_of_lobes(m: Hooks, mean: Hooks, wo: Direction, u0: Any, u1: Any, u2: Any = None) -> tuple[Any, ...]:

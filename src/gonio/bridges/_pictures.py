@@ -13,7 +13,7 @@ from ..errors import ParameterError
 from ..formula.parametrised import Parametrised
 from ..formula.texture import Texture
 from ..integrals.illumination import as_lights
-from ..scenes.jacobian import Slopes, derived
+from ..scenes.jacobian import JacobianJob, derived
 from ..scenes.rendering import colours_of, lights_of, render
 
 T = TypeVar("T", bound=Parametrised)
@@ -83,7 +83,7 @@ class Pictures:
         found: np.ndarray = render(m, lights, **self.settings).pixels
         return found
 
-    def slopes(self, values: Sequence[Any] | None, by: Sequence[int]) -> Slopes:
+    def slopes(self, values: Sequence[Any] | None, by: Sequence[int]) -> JacobianJob:
         """The picture to be computed with its derivatives by some of `numbers`. None: of any values, to see what shape
         it has."""
         m, lights = (self._m, self._lights) if values is None else self.at(values)

@@ -105,13 +105,13 @@ def render(
     values = [*pictures.numbers.values()]
     by = tuple(i for i, value in enumerate(values) if _needs_gradient(value))
     if by:
-        picture: torch.Tensor = _Picture.apply(pictures, by, *values)[0]
+        picture: torch.Tensor = _PictureGradient.apply(pictures, by, *values)[0]
         return picture
     found = torch.from_numpy(pictures.picture([_numpy(value) for value in values]))
     return found.to(values[0].device) if values else found
 
 
-class _Picture(torch.autograd.Function):
+class _PictureGradient(torch.autograd.Function):
     """The picture, and its derivatives, which are constants."""
 
     @staticmethod

@@ -68,7 +68,7 @@ def read(text: str, words: bool = False, files: bool = False) -> Any:
 
     `words`: whether a single name without quotes is a word: `height_correlated`. `files`: see `expression`.
     """
-    return _Reader(text, words, files).read()
+    return _ExpressionReader(text, words, files).read()
 
 
 def describe(value: Any) -> str:
@@ -94,7 +94,7 @@ def _added(terms: list[Any]) -> Any:
     return sum_of(terms) if len(terms) > 1 else terms[0]
 
 
-class _Reader:
+class _ExpressionReader:
     def __init__(self, text: str, words: bool, files: bool):
         self.text, self.words, self.files = text.strip().replace("\n", " "), words, files
 

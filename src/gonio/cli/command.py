@@ -26,7 +26,7 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from ..declared.arguments import ABOVE_ZERO, BELOW, Argument, Declared, arguments
+from ..declared.arguments import ABOVE_ZERO, BELOW, Declared, FunctionArgument, arguments
 from ..declared.typed import all_in_degrees, is_number, suspect_radians
 from ..errors import Error, MeaningWarning, ParameterError, warn
 from ..facts.public import public
@@ -57,7 +57,7 @@ class Typed(click.ParamType):
 
     name = "value"
 
-    def __init__(self, argument: Argument):
+    def __init__(self, argument: FunctionArgument):
         doc = _NAMED.sub(lambda found: _option_of(found[1]), argument.declared.doc)
         self.declared = argument.declared._replace(doc=doc)
         self.argument = argument._replace(declared=self.declared)
@@ -158,11 +158,11 @@ def option(
     *names: str, kind: Any = str, means: Declared, default: Any = None, **settings: Any
 ) -> Callable[[Callable], Callable]:
     """An option of a command alone, declared as arguments of functions are: `option("-k", "factor", ...)`."""
-    argument = Argument(names[-1].lstrip("-"), (kind,), default, means)
+    argument = FunctionArgument(names[-1].lstrip("-"), (kind,), default, means)
     return click.option(*names, **Typed(argument).settings(argument.usual), default=default, **settings)
 
 
-class Asked:
+class TypedArguments:
     """What was typed of the declared arguments of functions; where nothing was, the function has its own default."""
 
     def __init__(self, functions: Mapping[str, Callable], values: dict[str, Any], typed: Mapping[str, str]):
@@ -216,12 +216,12 @@ class Command(click.Command):
     @cached_property
     def asked(self) -> list[click.Parameter]:
         """The options; of arguments of several functions that of the first."""
-        every: dict[str, Argument] = {}
+        every: dict[str, FunctionArgument] = {}
         for function in self.functions.values():
             every |= {name: of for name, of in arguments(function).items() if name not in every}
         return [self._parameter(name, of) for name, of in every.items() if self._options.get(name) != ""]
 
-    def _parameter(self, name: str, argument: Argument) -> click.Parameter:
+    def _parameter(self, name: str, argument: FunctionArgument) -> click.Parameter:
         kind, own = Typed(argument), self._options.get(name, "").split()
         if argument.default is inspect.Parameter.empty and not own:
             return click.Argument([name], type=kind, metavar=name.upper())
@@ -262,7 +262,7 @@ class Command(click.Command):
             if ctx.get_parameter_source(name) not in (ParameterSource.DEFAULT, None):
                 values[name], typed[name] = value, parameter.opts[-1]
         if self._asks:
-            ctx.params["asked"] = Asked(self.functions, values, typed)
+            ctx.params["asked"] = TypedArguments(self.functions, values, typed)
         try:
             return super().invoke(ctx)
         except Error as error:

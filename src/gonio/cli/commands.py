@@ -29,7 +29,7 @@ from . import (
     source,
     view,
 )
-from .terminal import Program, echo, streams
+from .terminal import CommandGroup, echo, streams
 
 _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
@@ -44,7 +44,7 @@ gonio --help for all; gonio COMMAND --help for one of them."""
 """What is said to those who do not say what they want: the three most useful commands."""
 
 
-class _Gonio(Program):
+class _Gonio(CommandGroup):
     """The commands that are written, and those that are public functions."""
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:

@@ -13,7 +13,7 @@ from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..formula.text import listed
 from . import completion, options
-from .command import Asked, command, option
+from .command import TypedArguments, command, option
 from .options import since
 from .terminal import bar, print_json, say
 
@@ -44,7 +44,7 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
     "--plot", metavar="FILE", type=click.Path(path_type=Path), help="Figure to write: .png, .jpg, .pdf or .svg."
 )
 @options.json_option
-def fit(material: str, model: str, models: str | None, output: Path | None, asked: Asked, **own: Any) -> None:
+def fit(material: str, model: str, models: str | None, output: Path | None, asked: TypedArguments, **own: Any) -> None:
     """Fit a model to MATERIAL: its numbers with standard errors, how well it agrees, and where it does not.
 
     Of a folder of measurements every file is fitted, to a table: -o fits.parquet or fits.csv. A Zarr store with f,
@@ -79,7 +79,7 @@ def fit(material: str, model: str, models: str | None, output: Path | None, aske
         check_target(plot)
     if output is not None:
         target(writer(output, None), output)
-    data = options.Material(material).read()
+    data = options.TypedMaterial(material).read()
     if models is not None:
         with bar("fitting") as progress:
             selection = asked.call("select_model", data, models, progress=progress)

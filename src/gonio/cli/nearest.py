@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ParameterError, visible
 from . import options
-from .command import Asked, command
+from .command import TypedArguments, command
 from .tables import table
 from .terminal import bar, echo, print_json
 
@@ -45,7 +45,7 @@ ABOVE = 0.45
 @options.exposure_option
 @options.json_option
 @options.with_light_help
-def nearest(material: options.Material, output: Path | None, asked: Asked, **own: Any) -> None:
+def nearest(material: options.TypedMaterial, output: Path | None, asked: TypedArguments, **own: Any) -> None:
     """Rank the materials that are most like MATERIAL, the nearest first.
 
     The distance is the root of the mean square difference, over directions up to 80 degrees from the normal, half of

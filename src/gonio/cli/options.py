@@ -27,7 +27,7 @@ READING = "gonio.reading"
 """Where the context of a command holds the options that MATERIAL is read with."""
 
 
-class Material(NamedTuple):
+class TypedMaterial(NamedTuple):
     """MATERIAL and its -p, as typed."""
 
     text: str
@@ -107,7 +107,7 @@ replace_option = click.option(
 )
 material_argument = together(
     "material",
-    Material,
+    TypedMaterial,
     click.argument("text", metavar="MATERIAL", shell_complete=materials),
     replace_option,
     reading_option,

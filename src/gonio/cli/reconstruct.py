@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..errors import ParameterError
-from .command import Asked, command
+from .command import TypedArguments, command
 from .options import json_option, output_option
 from .plan import check_plan
 from .terminal import print_json, say
@@ -23,7 +23,7 @@ from .terminal import print_json, say
 @click.argument("file", type=click.Path(path_type=Path), required=False)
 @output_option("File to write: the table; with --plan, .csv or .json.", required=False)
 @json_option
-def reconstruct(file: Path | None, output: Path | None, as_json: bool, asked: Asked) -> None:
+def reconstruct(file: Path | None, output: Path | None, as_json: bool, asked: TypedArguments) -> None:
     """Reconstruct a whole isotropic BRDF, with its uncertainty, from the few values of FILE.
 
     What is not measured follows from what the materials of a basis have in common. With --plan: the directions to

@@ -10,7 +10,7 @@ import click
 
 from ..errors import ParameterError, visible
 from . import completion, options
-from .command import Asked, command
+from .command import TypedArguments, command
 from .tables import size_in_words
 from .terminal import bar, echo, print_json
 
@@ -25,7 +25,9 @@ from .terminal import bar, echo, print_json
 @options.replace_option
 @options.with_light_help
 @click.pass_context
-def report(ctx: click.Context, materials: tuple[str, ...], output: Path | None, asked: Asked, **own: Any) -> None:
+def report(
+    ctx: click.Context, materials: tuple[str, ...], output: Path | None, asked: TypedArguments, **own: Any
+) -> None:
     """Write a page about MATERIALs: formula, provenance, laws, slices, a lobe to turn, albedos with uncertainty, fits.
 
     The page is one file that needs neither gonio nor a network: it opens from a mail, on a phone, and prints. Several
@@ -58,7 +60,8 @@ def report(ctx: click.Context, materials: tuple[str, ...], output: Path | None, 
             )
         beside = output.with_suffix(".pdf")
         page.check_target(beside)
-    reading, typed = ctx.meta.get(options.READING, ()), [options.Material(text, own["replaced"]) for text in materials]
+    reading = ctx.meta.get(options.READING, ())
+    typed = [options.TypedMaterial(text, own["replaced"]) for text in materials]
     subjects = [Subject(one.title, one.read(), one.text, reading, one.replaced) for one in typed]
     captioned = [(text, [resolve_light(text)]) for text in own["lights"]] or None
     if kind == ".json":

@@ -36,7 +36,7 @@ from .wording import advised, as_typed, in_words, suspected, suspected_text, swa
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-class Argument(NamedTuple):
+class FunctionArgument(NamedTuple):
     """An argument of a function; `kinds`: the types of its value, None aside."""
 
     name: str
@@ -98,7 +98,7 @@ class Argument(NamedTuple):
 
 
 @functools.cache
-def arguments(function: Callable) -> dict[str, Argument]:
+def arguments(function: Callable) -> dict[str, FunctionArgument]:
     """The declared arguments of a function, or of the constructor of a class, by name."""
     hinted = hints(function)
     found = {p.name: _argument(p, hinted[p.name]) for p in inspect.signature(function).parameters.values()}
@@ -120,13 +120,13 @@ def check_fields(value: Any) -> None:
         object.__setattr__(value, name, argument.checked(one, f"{kind.__name__}({name}={shown(one)})"))
 
 
-def _argument(parameter: inspect.Parameter, hint: Any) -> Argument | None:
+def _argument(parameter: inspect.Parameter, hint: Any) -> FunctionArgument | None:
     """A parameter, where it is declared; None in its type stands for its absence."""
     declared = declared_in(hint)
     if declared is None:
         return None
     kinds = tuple(kind for of in alternatives(hint) for kind in alternatives(of) if kind is not NoneType)
-    return Argument(parameter.name, kinds, parameter.default, declared)
+    return FunctionArgument(parameter.name, kinds, parameter.default, declared)
 
 
 def checked(function: F) -> F:

@@ -17,7 +17,7 @@ from ..arrays import Fixed
 from ..arrays.kinds import VALUE
 from ..compile.llvm.program import EACH
 from ..compile.llvm.program import TOTAL as SUMMED
-from ..compile.plans import Data, Plan, Result, carry_out, prepare, renewed
+from ..compile.plans import Data, KernelPlan, Result, carry_out, prepare, renewed
 from ..compile.store import size
 from ..machine import caches, memory
 from ..trace.graph import Graph
@@ -43,8 +43,8 @@ BEHIND, BEFORE_LAST, FIRST = "behind", "before last", "first"
 class Parts(NamedTuple):
     """The two plans for a block of the batch; the first is missing where nothing is shared."""
 
-    shared: Plan | None
-    own: Plan
+    shared: KernelPlan | None
+    own: KernelPlan
 
 
 class Alone(NamedTuple):
@@ -68,7 +68,7 @@ class Alone(NamedTuple):
 class Staged(NamedTuple):
     """A plan of two stages for calls with arrays of the same shapes and strides."""
 
-    outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # as those of `Plan`; the first number is of no use
+    outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # as those of `_Plan`; the first number has no use
     blocks: tuple[tuple[int, int, Parts], ...]  # ends along the first axis of the batch, and the plans
     sliced: tuple[bool, ...]  # whether an input has that axis
     place: str  # of the channels' axis
@@ -134,7 +134,7 @@ class Staged(NamedTuple):
         """The plan without the arrays of parameters that it keeps."""
         return self._each(*[lambda plan: plan._replace(keeper=None)] * 2)
 
-    def _each(self, shared: Callable[[Plan], Plan], own: Callable[[Plan], Plan]) -> Self:
+    def _each(self, shared: Callable[[KernelPlan], KernelPlan], own: Callable[[KernelPlan], KernelPlan]) -> Self:
         """With other plans of both stages."""
         new: dict[int, Parts] = {}
         for _, _, parts in self.blocks:

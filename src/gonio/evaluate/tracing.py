@@ -137,7 +137,7 @@ class Trace(NamedTuple):
     loops: bool
 
 
-class Content(NamedTuple):
+class _Content(NamedTuple):
     """Everything that formulas depend on: the structure, which a trace depends on, and numbers and tables, in the order
     of `bind`."""
 
@@ -146,15 +146,15 @@ class Content(NamedTuple):
     tables: list[Fixed]
 
 
-def content(material: Parametrised) -> Content:
+def content(material: Parametrised) -> _Content:
     """The structure, numbers and tables of a material."""
-    gathered: Content | None = material._derived.get(content)
+    gathered: _Content | None = material._derived.get(content)
     if gathered is None:
         gathered = material._derived[content] = _gathered(material)
     return gathered
 
 
-def _gathered(material: Parametrised) -> Content:
+def _gathered(material: Parametrised) -> _Content:
     values, tied, kept, fields = material.__dict__, material._tied, material._kept, material.fields
     leaves: list[Any] = []
     tables: list[Fixed] = []
@@ -167,7 +167,7 @@ def _gathered(material: Parametrised) -> Content:
             leaves.append(kept[name] if name in kept else values[name])
     if len(kept):
         tables += [kept[name] for name in kept if not isinstance(fields.get(name), Numbers)]
-    return Content(_structure(material), leaves, tables)
+    return _Content(_structure(material), leaves, tables)
 
 
 def _structure(material: Parametrised) -> tuple[Any, ...]:

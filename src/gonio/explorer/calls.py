@@ -12,7 +12,7 @@ import numpy as np
 from ..base.angles import direction
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
-from ..declared.arguments import Argument, Declared, arguments
+from ..declared.arguments import Declared, FunctionArgument, arguments
 from ..declared.version import __version__
 from ..errors import NotFoundError, ParameterError, suggestion
 from ..facts.public import form, forms, public
@@ -209,23 +209,29 @@ def _described(shelf: Shelf, text: str, replaced: Mapping[str, Any]) -> dict[str
     return described(shelf, text, replaced)
 
 
-class Call(NamedTuple):
+class PageCall(NamedTuple):
     """What a page may ask for: the function, and the seconds after which the worker is ended."""
 
     function: Callable[..., dict[str, Any]]
     seconds: float = 120.0
 
     @property
-    def arguments(self) -> dict[str, Argument]:
+    def arguments(self) -> dict[str, FunctionArgument]:
         """The arguments of a request, by name."""
         return arguments(self.function)
 
 
-CALLS: dict[str, Call] = {
+CALLS: dict[str, PageCall] = {
     call.function.__name__: call
     for call in (
-        *(Call(names, 60.0), Call(material), Call(check, 180.0), Call(fit, 600.0), Call(albedo, 180.0)),
-        *(Call(source), Call(data), Call(f), Call(functions), Call(ask, 180.0)),
+        *(
+            PageCall(names, 60.0),
+            PageCall(material),
+            PageCall(check, 180.0),
+            PageCall(fit, 600.0),
+            PageCall(albedo, 180.0),
+        ),
+        *(PageCall(source), PageCall(data), PageCall(f), PageCall(functions), PageCall(ask, 180.0)),
     )
 }
 """Name -> what a page may ask for."""

@@ -50,7 +50,7 @@ def export(path: str | os.PathLike, given: Sequence[Given], progress: Callable[[
     return len(content)
 
 
-def one_file(files: dict[str, page.File], data: dict[str, Any]) -> str:
+def one_file(files: dict[str, page.PageFile], data: dict[str, Any]) -> str:
     """The page as one text, with styles, code, licences and data inside."""
     html = files[page.INDEX].content.decode()
 

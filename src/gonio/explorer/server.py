@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import Error, ParameterError, visible
 from .calls import CALLS
 from .messages import decoded, number_of, refusal, request
-from .page import INDEX, File, headers
+from .page import INDEX, PageFile, headers
 from .uploads import UploadError, Uploads
 
 if TYPE_CHECKING:
@@ -39,7 +39,9 @@ OPEN = "open"
 class Server:
     """The application, for a host such as 127.0.0.1:8000: an ASGI callable."""
 
-    def __init__(self, session: Session, uploads: Uploads, files: dict[str, File], port: int, token: str, once: str):
+    def __init__(
+        self, session: Session, uploads: Uploads, files: dict[str, PageFile], port: int, token: str, once: str
+    ):
         from starlette.applications import Starlette
         from starlette.routing import Route, WebSocketRoute
 

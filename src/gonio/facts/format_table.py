@@ -7,7 +7,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from ..base.reflectance import Reflectance
-from ..declared.arguments import Argument
+from ..declared.arguments import FunctionArgument
 from ..formats import formats
 from ..formats._options import options
 
@@ -32,8 +32,8 @@ class Format(NamedTuple):
     description: str
     oracle: str
     layout: str
-    read_options: dict[str, Argument]
-    write_options: dict[str, Argument] | None
+    read_options: dict[str, FunctionArgument]
+    write_options: dict[str, FunctionArgument] | None
 
     @property
     def access(self) -> str:

@@ -17,7 +17,7 @@ PART = 0.05
 """Share of such a vector from which a number is not determined."""
 
 
-class Spread(NamedTuple):
+class _Covariance(NamedTuple):
     """Covariance (n, n) of numbers: inf on the diagonal of those that are not determined, 0 of those at a bound.
 
     freedom: degrees of freedom (n,) of the variances.
@@ -30,7 +30,7 @@ class Spread(NamedTuple):
     at_bound: np.ndarray
 
 
-def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.ndarray) -> Spread:
+def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.ndarray) -> _Covariance:
     """The covariance at the optimum x (n,), of the normal equations there.
 
     Of a likelihood A^-1, A = J^T J; otherwise A^-1 S A^-1, S the sum of squared slopes times the variances of the
@@ -43,7 +43,7 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
     n = len(x)
     covariance, freedom = np.zeros((n, n)), np.full(n, max(problem.samples.count - n, 1.0))
     if not len(free):
-        return Spread(covariance, freedom, 1.0, at_bound)
+        return _Covariance(covariance, freedom, 1.0, at_bound)
     a = matrix[np.ix_(free, free)]
     size = np.sqrt(np.where(np.diag(a) > 0.0, np.diag(a), 1.0))
     values, vectors = np.linalg.eigh(a / size[:, None] / size)
@@ -61,7 +61,7 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
         found[lost, lost] = np.inf
     covariance[np.ix_(free, free)] = found
     condition = float(np.sqrt(values[-1] / values[0])) if values[0] > 0.0 and kept.all() else float("inf")
-    return Spread(covariance, freedom, condition, at_bound)
+    return _Covariance(covariance, freedom, condition, at_bound)
 
 
 def _sandwich(

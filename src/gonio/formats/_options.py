@@ -13,7 +13,7 @@ from inspect import Parameter, signature
 from types import ModuleType
 from typing import Any
 
-from ..declared.arguments import Argument, arguments
+from ..declared.arguments import FunctionArgument, arguments
 from ..errors import ParameterError, shown, suggestion
 from ..tables.axes import fits
 
@@ -25,7 +25,7 @@ EXAMPLES = {"-O": "skip=12", "--option": "resolution=18,18,72"}
 
 
 @cache
-def options(function: Callable) -> dict[str, Argument]:
+def options(function: Callable) -> dict[str, FunctionArgument]:
     """The options of a module's `read` or `write`, by name. Raises ParameterError for one without a declaration."""
     declared = arguments(function)
     first = {"read": 1, "write": 2}[function.__name__]
@@ -75,7 +75,7 @@ def of_texts(module: ModuleType, verb: str, texts: Iterable[str]) -> dict[str, A
     return found
 
 
-def _option(module: ModuleType, verb: str, name: str, given: str) -> Argument:
+def _option(module: ModuleType, verb: str, name: str, given: str) -> FunctionArgument:
     """What a format declares of an option. Raises ParameterError for one that it has not."""
     declared = options(getattr(module, verb))
     if name not in declared:
@@ -89,7 +89,7 @@ def _advice(module: ModuleType) -> str:
     return f"; `gonio formats {shlex.quote(module.NAME)}` lists the options"
 
 
-def _that_fits(value: Any, option: Argument, given: str) -> Any:
+def _that_fits(value: Any, option: FunctionArgument, given: str) -> Any:
     """The value; counts of nodes whose table fits into memory. Raises TooLargeError."""
     if option.declared.lengths and value is not None:
         fits(math.prod(value), given)

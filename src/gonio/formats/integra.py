@@ -32,7 +32,7 @@ from ..tables.angle_systems import SYSTEMS
 from ..tables.axes import fits
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named, own_nodes
-from ._layout import CHANNEL, Axis, Layout
+from ._layout import CHANNEL, FileAxis, Layout
 from ._optical.angle_tables import as_lit
 from ._reading import plain_text
 from ._rows import libbsdf_grids
@@ -50,10 +50,10 @@ CHANNELS = {"bw": "BW", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue"
 LAYOUT = Layout(
     "specular",
     {
-        "psi": Axis("phi_i"),
-        "sigma": Axis("theta_i"),
-        "phi": Axis("azimuth", 180.0, around=True),
-        "theta": Axis("radial"),
+        "psi": FileAxis("phi_i"),
+        "sigma": FileAxis("theta_i"),
+        "phi": FileAxis("azimuth", 180.0, around=True),
+        "theta": FileAxis("radial"),
         "channel": CHANNEL,
     },
     decimals=10,

@@ -43,15 +43,15 @@ from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..models._quarters import sheet_of
 from ..models.sheet import Sheet
-from ._layout import CHANNEL, Axis, Layout
+from ._layout import CHANNEL, FileAxis, Layout
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
     AngleList,
     Angles,
-    Asked,
     Channel,
     Filed,
     Filing,
+    GridRequest,
     IncidentAngles,
     Step,
     as_filed,
@@ -91,12 +91,12 @@ LAYOUT = Layout(
     "specular",
     {
         "channel": CHANNEL,
-        "SampleRotation": Axis("phi_i", 90.0, -1.0, (-360.0, 360.0), usual=lambda usual: usual.turns),
-        "AngleOfIncidence": Axis("theta_i", bounds=(0.0, 90.0), usual=lambda usual: usual.theta_i),
-        "ScatterAzimuth": Axis(
+        "SampleRotation": FileAxis("phi_i", 90.0, -1.0, (-360.0, 360.0), usual=lambda usual: usual.turns),
+        "AngleOfIncidence": FileAxis("theta_i", bounds=(0.0, 90.0), usual=lambda usual: usual.theta_i),
+        "ScatterAzimuth": FileAxis(
             "azimuth", 180.0, bounds=(-360.0, 720.0), around=True, usual=lambda usual: [*usual.circle, 360.0]
         ),
-        "ScatterRadial": Axis("radial", bounds=(0.0, 180.0), usual=_about_mirror),
+        "ScatterRadial": FileAxis("radial", bounds=(0.0, 180.0), usual=_about_mirror),
     },
 )
 SEEN_FROM_BEHIND = {"SampleRotation": LAYOUT.axes["SampleRotation"]._replace(sign=1.0)}
@@ -235,7 +235,7 @@ def write(
     if azimuth is not None and azimuth[-1] <= 180.0:
         azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
     angles = {"SampleRotation": rotation, "AngleOfIncidence": aoi, "ScatterAzimuth": azimuth, "ScatterRadial": radial}
-    asked = Asked(angles, step, channel)
+    asked = GridRequest(angles, step, channel)
     sheet = as_filed(m, ZemaxFile, asked)
     if sheet is None or kind not in (None, sheet.kind):
         sheet = _of_material(*_one_kind(m, kind), asked)
@@ -253,7 +253,7 @@ def _one_kind(m: Reflectance, kind: str | None) -> tuple[Reflectance, str]:
     return there[kind], kind
 
 
-def _of_material(m: Reflectance, kind: str, asked: Asked) -> ZemaxFile:
+def _of_material(m: Reflectance, kind: str, asked: GridRequest) -> ZemaxFile:
     layout = LAYOUTS[kind]
     axes, f, half = tabulated(layout, m, asked)
     _, f = spectral(m, f, asked.channel)

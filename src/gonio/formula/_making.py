@@ -14,7 +14,7 @@ from ..arrays.labels import Labels
 from ..errors import NotFoundError, ParameterError, TooLargeError
 from ._tree import Tree
 from .bounds import EVALUATIONS, NESTED
-from .classes import Signature
+from .classes import ConstructorSignature
 from .fields import Channels, Field, Param, Part, Table, Wavelengths, subclasses
 from .state import derived
 from .text import shown, unknown
@@ -35,7 +35,7 @@ class Made(Tree):
     declares: ClassVar[Mapping[str, str]] = {}
     """Arguments of the constructor that are no fields -> their annotations."""
 
-    __signature__ = Signature()
+    __signature__ = ConstructorSignature()
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kind, fields, settable = type(self).__name__, self.fields, self._settable()

@@ -108,7 +108,7 @@ def takes_fields(kind: type) -> bool:
     return next("__signature__" in vars(k) for k in kind.__mro__ if "__init__" in vars(k))
 
 
-class Signature:
+class ConstructorSignature:
     """`__signature__` of the classes whose constructor takes the declared fields."""
 
     def __get__(self, instance: object, owner: type) -> inspect.Signature:

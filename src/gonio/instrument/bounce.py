@@ -11,19 +11,19 @@ from ..base import kernels
 from ..evaluate.computation import Computation
 from ..evaluate.tracing import Kernel
 from ..formula.direction import Direction, dot, frame, normalize, polar_angle, reflect
-from .march import Place, facet, march
+from .march import RayPlace, facet, march
 
 UNDERWAY, LOST, INSIDE = -3.0, -2.0, -1.0
 """Instead of the cell of directions that a ray leaves into: it has not come to an end, its mirror turns it inwards, or
 it is on a facet."""
 
 
-def _start(scene: Any, point: Any) -> Place:
+def _start(scene: Any, point: Any) -> RayPlace:
     """The place of a ray as high as the highest corner, at a point of the unit square, shifted."""
     x, y = point[0] + scene.shift_x, point[1] + scene.shift_y
     x, y = (x - ops.floor(x)) * scene.columns, (y - ops.floor(y)) * scene.rows
     column, row = ops.minimum(ops.floor(x), scene.columns - 1.0), ops.minimum(ops.floor(y), scene.rows - 1.0)
-    return Place(column, row, x - column, y - row, scene.highest + 0.0 * x)
+    return RayPlace(column, row, x - column, y - row, scene.highest + 0.0 * x)
 
 
 def _cell_of(scene: Any, w: Direction) -> Any:
@@ -37,7 +37,7 @@ def _cell_of(scene: Any, w: Direction) -> Any:
     return ring * scene.sectors + ops.where(sector >= scene.sectors, 0.0, sector)
 
 
-def _onward(scene: Any, place: Place, w: Direction, mirrors: bool, leaves: bool) -> tuple[Any, ...]:
+def _onward(scene: Any, place: RayPlace, w: Direction, mirrors: bool, leaves: bool) -> tuple[Any, ...]:
     """A ray from a place along w: where it is, the cell that it left into, and where a mirror there turns it.
 
     `leaves`: whether it may leave.
@@ -64,14 +64,14 @@ def _enter(mirrors: bool) -> Kernel:
 
 def _go_on(mirrors: bool) -> Kernel:
     def go_on(scene: Any, mean: Any, spot: Any, inside: Any, w: Any) -> tuple[Any, ...]:
-        place = Place(spot[0], spot[1], inside[0], inside[1], spot[2])
+        place = RayPlace(spot[0], spot[1], inside[0], inside[1], spot[2])
         return _onward(scene, place, Direction(*w), mirrors, leaves=True)
 
     return go_on
 
 
 def _sampled(scene: Any, mean: Any, spot: Any, inside: Any, w: Any, u: Any) -> tuple[Any, ...]:
-    n, place = facet(scene, Place(spot[0], spot[1], inside[0], inside[1], spot[2]), inside[2])
+    n, place = facet(scene, RayPlace(spot[0], spot[1], inside[0], inside[1], spot[2]), inside[2])
     t, b = frame(n)
     d = Direction(*w)
     wo = Direction(-dot(d, t), -dot(d, b), -dot(d, n))

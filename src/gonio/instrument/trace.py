@@ -40,7 +40,7 @@ def points(count: int) -> np.ndarray:
     return found
 
 
-class Traced(NamedTuple):
+class _LightShares(NamedTuple):
     """Shares of the incident light.
 
     cells       (rings, sectors, C): what leaves into each cell of directions, of all bounces
@@ -149,7 +149,7 @@ def trace(
     points: np.ndarray,
     shift: np.ndarray,
     rng: np.random.Generator,
-) -> Traced:
+) -> _LightShares:
     """Light from a direction [rad] through points of the unit square, on a surface as `march.tables` has it.
 
     `facet`: the reflectance of facets that are mirrors, or any reflectance, of C channels.
@@ -178,7 +178,7 @@ def trace(
     count = len(points)
     shares = np.stack([x + 0.0 * walk.lost for x in walk.left]) / count
     tally = (walk.cells + np.zeros((cells.rings * cells.sectors, len(walk.lost)))) / count
-    return Traced(tally.reshape(cells.rings, cells.sectors, -1), shares, rays.light() / count, walk.lost / count)
+    return _LightShares(tally.reshape(cells.rings, cells.sectors, -1), shares, rays.light() / count, walk.lost / count)
 
 
 def _counted(bins: np.ndarray, weight: float | np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:

@@ -34,7 +34,7 @@ from .glows import channels_of, glows, widths
 from .maps import Wanted, over_places
 from .over_directions import Radiance
 from .over_hemisphere import Integral, integrate, mean_radiance
-from .places import Places, Points
+from .places import Places, SeenPoints
 
 SAMPLED = 6e-3
 """Error of a lobe at a place on a map, relative to the mean radiance of a light that is sampled 4096 times."""
@@ -290,7 +290,7 @@ def _sampled(
         for start in range(0, samples, step):
             u = points[start : start + step]
             u = np.broadcast_to(u, (len(number), *u.shape))
-            part, holes = estimate(there, light, Points(here, towards, at, u, u))
+            part, holes = estimate(there, light, SeenPoints(here, towards, at, u, u))
             part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
             total, missing = total + part.sum(axis=1), missing + holes
         return Integrals(total / samples, np.zeros(len(number)), np.zeros(len(number)))
@@ -307,7 +307,7 @@ def _sampled(
     return value.reshape(*batch.full_shape(m, shape), -1).astype(wo.dtype)
 
 
-def estimate(m: Reflectance, light: Light, at: Points, colour: np.ndarray | None = None) -> tuple[np.ndarray, int]:
+def estimate(m: Reflectance, light: Light, at: SeenPoints, colour: np.ndarray | None = None) -> tuple[np.ndarray, int]:
     """One-sample estimates (..., C) of the radiance that a light with extent causes at points, and the number of
     samples in directions without measured data (they count as 0).
 

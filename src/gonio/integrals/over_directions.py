@@ -17,7 +17,18 @@ from ..evaluate import batch
 from ..evaluate.tracing import Task
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Channels, Numbers
-from ..numerics.quadrature import NODES, Evaluate, Goal, Integrals, Sums, cubature, in_order, of_squares, place, weighed
+from ..numerics.quadrature import (
+    NODES,
+    CellSums,
+    Evaluate,
+    Goal,
+    Integrals,
+    cubature,
+    in_order,
+    of_squares,
+    place,
+    weighed,
+)
 from . import half_vectors
 from .by_polar_angle import Direct, by_polar_angle, is_even
 from .domain import SAMPLED, Coordinates, Domain
@@ -180,7 +191,7 @@ class _Integrand(NamedTuple):
 
     def summed(
         self, kernel: Callable, chunks: Sequence[int], nodes: np.ndarray, rows: np.ndarray, cells: np.ndarray
-    ) -> Sums:
+    ) -> CellSums:
         """Sums over the nodes of cells (k, 6), each for the fixed direction of its number (k,)."""
         mapped = map_shape(self.lobe) != ()
         parts, start = [], 0
@@ -196,7 +207,7 @@ class _Integrand(NamedTuple):
                 part = self._run(kernel, nodes, self.lobe, here[filled], square[filled])
                 parts.append([x[: len(here)] for x in part])
         totals, missing = (np.concatenate(x) for x in zip(*parts, strict=True))
-        return Sums(totals, 0.0, missing)
+        return CellSums(totals, 0.0, missing)
 
     def _run(
         self, kernel: Callable, nodes: np.ndarray, m: Reflectance, rows: np.ndarray, cells: np.ndarray

@@ -15,7 +15,7 @@ from ..errors import DependencyError
 from ..evaluate.computation import Computation, composite
 from ..evaluate.planning import available
 from ..machine.caches import kept
-from ..numerics.embree import Triangles as Packets
+from ..numerics.embree import EmbreeTriangles
 from ..numerics.lattice import lattice
 from .patches import Patches
 
@@ -176,7 +176,7 @@ def blockers(patches: Patches) -> dict[str, Fixed]:
         return {}
     faces = patches.faces.local
     try:
-        return {"triangles": Fixed(Packets(faces.vertices, faces.faces, robust=True).handle)}
+        return {"triangles": Fixed(EmbreeTriangles(faces.vertices, faces.faces, robust=True).handle)}
     except DependencyError:
         return {}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.identity import identity
 from ..errors import FormatError
-from ..scenes.kept import ADVICE, Kept
+from ..scenes.kept import ADVICE, WorkFile
 from .patches import Halvings, Patches
 
 
@@ -25,7 +25,7 @@ class Begun(NamedTuple):
 ARRAYS = ("corners", "part", "face", "places", "lines", "links", "slot", "direct", "found")
 
 
-class Checkpoint(Kept):
+class RadiosityCheckpoint(WorkFile):
     """A file of what has been found; one of another scene, or with other settings, is refused."""
 
     def __init__(self, path: str | os.PathLike[str], faces: Patches, *others: Any):

@@ -18,7 +18,7 @@ from ..numerics.lattice import lattice
 from ..scenes.left_out import lets_through
 from ..scenes.scene import Scene
 from .by_rays import ByRays
-from .checkpoint import Begun, Checkpoint
+from .checkpoint import Begun, RadiosityCheckpoint
 from .contacts import divided_at_contacts
 from .dense import Dense
 from .lamps import from_lamps
@@ -175,7 +175,7 @@ def radiosity(
 
     file = None
     if checkpoint is not None:
-        file = Checkpoint(checkpoint, whole, count, dense, rays, albedo, exitance, sent)
+        file = RadiosityCheckpoint(checkpoint, whole, count, dense, rays, albedo, exitance, sent)
     begun = None if file is None else file.read()
     if begun is None:
         divided = where_it_changes(divided)

@@ -26,7 +26,7 @@ from ..tables.gridded import Gridded
 from ..tables.interpolation import places_of
 from ..tables.nodes import above
 from ..tables.scattered import Scattered
-from ..uncertainty.functionals import Linear, Pairs, linear, named, pointwise
+from ..uncertainty.functionals import Linear, WeightedPairs, linear, named, pointwise
 from ..uncertainty.sensitivity import around, by_channel
 from ..uncertainty.table import TableErrors, has_uncertainty
 from . import cavity
@@ -322,7 +322,7 @@ def both_ways(m: Gridded) -> BothWays:
         wi, wo = (w.reshape(-1, 3)[there] for w in m.directions())
         up = above(wi, wo)
         there, wi, wo = there[up], wi[up], wo[up]
-        near = around(m, Pairs(0, wo, wi, np.ones(len(wi))))
+        near = around(m, WeightedPairs(0, wo, wi, np.ones(len(wi))))
         largest = near.weight.argmax(axis=0)[None]
         back = np.take_along_axis(near.node, largest, 0)[0]
         nodes = [

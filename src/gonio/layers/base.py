@@ -45,7 +45,7 @@ def reflected(
     def matrices(orders: range) -> np.ndarray:
         if orders.start >= spent[0]:
             return np.zeros((1, len(orders), len(mu), len(mu)))
-        found = _series(base, mu, Pairs(i, o, k), orders, by)
+        found = _series(base, mu, NodePairs(i, o, k), orders, by)
         size = np.abs(found).max(axis=(0, 2))
         if orders.start == 0 and (size[len(size) // 2 :] < RINGS * size[0]).all():
             spent[0] = orders.stop
@@ -54,7 +54,7 @@ def reflected(
     return matrices, _mirror(base, mu, by)
 
 
-class Pairs(NamedTuple):
+class NodePairs(NamedTuple):
     """Pairs of nodes: the places of light and viewer, and the class of each (`interfaces.classes`)."""
 
     i: np.ndarray
@@ -62,7 +62,7 @@ class Pairs(NamedTuple):
     k: np.ndarray
 
 
-def _series(m: Reflectance, mu: np.ndarray, pairs: Pairs, orders: range, by: str | None) -> np.ndarray:
+def _series(m: Reflectance, mu: np.ndarray, pairs: NodePairs, orders: range, by: str | None) -> np.ndarray:
     """Integrals of f cos(m phi) over the circle, (C, orders, pairs)."""
     result: Any = None
     i, o, k = pairs

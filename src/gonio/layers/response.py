@@ -62,7 +62,7 @@ Base = Callable[[Grid, complex], tuple[Callable[[range], np.ndarray], np.ndarray
 index."""
 
 
-class Block(NamedTuple):
+class FourierBlock(NamedTuple):
     """Fourier coefficients (orders, nodes, nodes) of f/n_o^2, and the indices of the media of rows and of columns."""
 
     rows: complex
@@ -75,7 +75,7 @@ class Response(NamedTuple):
     by the direction in front and that behind. `media`: the number of the first medium that each panel ends with."""
 
     grid: Grid
-    blocks: tuple[Block, ...]
+    blocks: tuple[FourierBlock, ...]
     media: tuple[int, ...]
 
     @property
@@ -158,7 +158,7 @@ def response(parts: Sequence[Part], base: Base | None, tolerance: float) -> Resp
     media = (
         next(k for k, n in enumerate(whole) if abs(n.real - end.real) <= SAME * end.real) for end, _ in grating.panels
     )
-    blocks = (Block(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True))
+    blocks = (FourierBlock(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True))
     return Response(grating, tuple(blocks), tuple(media))
 
 
@@ -226,7 +226,7 @@ def _blocks(whole: Matrices, closed: bool) -> list[np.ndarray]:
     return [even(whole.above)] if closed else [even(whole.above), even(whole.below), through]
 
 
-class _Layer(NamedTuple):
+class _LayerMatrices(NamedTuple):
     """What a layer does in all; its delta lobes; what goes straight on at each node; what is scattered once; whether it
     is a smooth interface."""
 
@@ -237,7 +237,7 @@ class _Layer(NamedTuple):
     smooth: bool = False
 
 
-_Makes = Callable[[range], _Layer]
+_Makes = Callable[[range], _LayerMatrices]
 _Below = tuple[Callable[[range], np.ndarray], np.ndarray]
 
 
@@ -256,10 +256,10 @@ def _medium(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float
     medium = _real(part)
     none = nothing(grid.count(at), through=0.0)
 
-    def makes(orders: range) -> _Layer:
+    def makes(orders: range) -> _LayerMatrices:
         whole, through, once = media.slab(grid, at, medium, orders, terms(part, tolerance))
         straight = np.diag(through)[None]
-        return _Layer(whole, Matrices(none.above, straight, straight, none.below), through, once)
+        return _LayerMatrices(whole, Matrices(none.above, straight, straight, none.below), through, once)
 
     return makes
 
@@ -268,7 +268,7 @@ def _smooth(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float
     a, b = grid.count(upper), grid.count(at)
     whole = interfaces.smooth_matrices(grid, upper, at)
     straight = 1.0 - interfaces.smooth(grid, upper, at)[0][: min(a, b)]
-    layer = _Layer(whole, whole, straight, nothing(a, b, through=0.0), smooth=True)
+    layer = _LayerMatrices(whole, whole, straight, nothing(a, b, through=0.0), smooth=True)
     return lambda orders: layer
 
 
@@ -277,9 +277,9 @@ def _rough(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float)
     makes = interfaces.rough(grid, upper, at, part.alpha if part.alpha.imag else part.alpha.real, part.kept)
     none = nothing(a, b, through=0.0)
 
-    def layer(orders: range) -> _Layer:
+    def layer(orders: range) -> _LayerMatrices:
         whole, once = makes(orders)
-        return _Layer(whole, none, np.zeros(min(a, b)), once)
+        return _LayerMatrices(whole, none, np.zeros(min(a, b)), once)
 
     return layer
 
@@ -295,7 +295,7 @@ def nothing(above: int, below: int | None = None, through: float = 1.0) -> Matri
     )
 
 
-def _once(layer: _Layer, under: Matrices, straight: np.ndarray) -> Matrices:
+def _once(layer: _LayerMatrices, under: Matrices, straight: np.ndarray) -> Matrices:
     """What is scattered once, in a layer or in those under it, and passes the others straight; `straight`: what passes
     those under it."""
     a, b = layer.once.above.shape[-1], under.below.shape[-1]

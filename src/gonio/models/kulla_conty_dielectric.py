@@ -77,7 +77,7 @@ class KullaContyDielectric(BetweenMedia):
         for kind in (_Returned, _PassedOn):
             yield 1.0, self._as(kind)
 
-    def _as(self, kind: type[_Further]) -> Reflectance:
+    def _as(self, kind: type[_FurtherScattering]) -> Reflectance:
         """A lobe with the same numbers and tables."""
         names = ("alpha", "eta", "loss", "losses")
         values = {name: self.__dict__[name] for name in names if name in self.__dict__}
@@ -86,7 +86,7 @@ class KullaContyDielectric(BetweenMedia):
         )
 
 
-class _Further(KullaContyDielectric):
+class _FurtherScattering(KullaContyDielectric):
     """Light that facets scatter more than once."""
 
     loss: Any
@@ -121,7 +121,7 @@ class _Further(KullaContyDielectric):
         return lost(self.loss, at, self.above, wo.z, self.alpha)
 
 
-class _Returned(_Further):
+class _Returned(_FurtherScattering):
     """What comes back."""
 
     sides = "front"
@@ -139,7 +139,7 @@ class _Returned(_Further):
         return self.seen(at, wo) * self.shared(at)[1]
 
 
-class _PassedOn(_Further):
+class _PassedOn(_FurtherScattering):
     """What goes through."""
 
     sides = "across"

@@ -56,8 +56,8 @@ class ThinDielectric(Reflectance):
         raise self._lacks("formula")
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, IdealSpecular.unchecked(reflectance=_Reflected.unchecked(eta=self.eta, depth=self.depth))
-        yield 1.0, _Straight.unchecked(passed=_Passed.unchecked(eta=self.eta, depth=self.depth))
+        yield 1.0, IdealSpecular.unchecked(reflectance=_PaneReflectance.unchecked(eta=self.eta, depth=self.depth))
+        yield 1.0, _StraightLight.unchecked(passed=_PaneTransmittance.unchecked(eta=self.eta, depth=self.depth))
 
 
 class _Pane(Fresnel):
@@ -101,7 +101,7 @@ class _Pane(Fresnel):
         return True
 
 
-class _Reflected(_Pane):
+class _PaneReflectance(_Pane):
     """R of the pane."""
 
     def shares(self, cos_theta: Any) -> tuple[Any, ...]:
@@ -109,7 +109,7 @@ class _Reflected(_Pane):
         return tuple(f + t * f * a * a for f, t in zip(F, passed, strict=True))
 
 
-class _Passed(_Pane):
+class _PaneTransmittance(_Pane):
     """T of the pane."""
 
     def shares(self, cos_theta: Any) -> tuple[Any, ...]:
@@ -117,7 +117,7 @@ class _Passed(_Pane):
         return tuple(t * a for t in passed)
 
 
-class _Straight(Reflectance):
+class _StraightLight(Reflectance):
     """The light that goes on straight."""
 
     sides = "across"

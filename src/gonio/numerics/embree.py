@@ -66,7 +66,7 @@ def _device() -> int:
     return device
 
 
-class Triangles:
+class EmbreeTriangles:
     """Triangles that rays may be shot at: vertices (V, 3), and three numbers of vertices of each triangle (N, 3).
 
     `robust`: no ray passes between two triangles that share an edge, at some cost in speed.

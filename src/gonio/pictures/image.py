@@ -25,7 +25,7 @@ from ..errors import FormatError, MeaningWarning, ParameterError, ShapeError, To
 from ..files import replacing, target
 from ..machine.aside import apart
 from .colour import SRGB_XY, srgb_decode, srgb_encode
-from .files._source import Limits, Picture, Source, Unsettled, opened
+from .files._source import Limits, Picture, PictureFile, Unsettled, opened
 
 PIXELS = 2**29
 """The most pixels that a picture may announce: 32768 x 16384."""
@@ -234,7 +234,7 @@ def read_gray(path: str | os.PathLike[str], most: int) -> NDArray[np.float64]:
     return found
 
 
-def _image(module: Any, source: Source) -> tuple[Image, list[str]]:
+def _image(module: Any, source: PictureFile) -> tuple[Image, list[str]]:
     """The picture in a file, by the module of its format, and what a caller should hear of it."""
     found: Picture = module.read(source)
     image = Image(found.pixels, found.alpha, found.names, premultiplied=found.premultiplied)
@@ -252,7 +252,7 @@ _GRAY_READERS = {start: (kind, m.gray) for m in _FORMATS for start, kind in geta
 
 
 def _read(
-    path: str | os.PathLike[str], limits: Limits, readers: dict[bytes, tuple[str, Callable[[Source], Any]]]
+    path: str | os.PathLike[str], limits: Limits, readers: dict[bytes, tuple[str, Callable[[PictureFile], Any]]]
 ) -> Any:
     """What the reader for the first bytes of a file makes of it."""
     with opened(path) as file:
@@ -266,7 +266,7 @@ def _read(
             )
         try:
             with np.errstate(all="ignore"):
-                return reader(Source(file, os.fspath(path), size, limits))
+                return reader(PictureFile(file, os.fspath(path), size, limits))
         except errors.DependencyError:
             raise
         except Unsettled as error:

@@ -101,9 +101,9 @@ class Triangles:
 
             return Embree(vertices, faces)
         except ImportError:
-            from .tree import Tree
+            from .tree import BoxTree
 
-            return Tree(vertices, faces)
+            return BoxTree(vertices, faces)
 
     def shoot(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
         """What rays from (N, 3) in directions (N, 3) meet first, on either side; distances in their lengths."""

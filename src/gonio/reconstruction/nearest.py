@@ -322,7 +322,7 @@ def _pairs() -> tuple[np.ndarray, np.ndarray]:
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _PairValues:
     """f cos(theta_i) (N, C) at the pairs, whether it is RGB, gray or other channels, and the names of these."""
 
     values: np.ndarray
@@ -336,7 +336,7 @@ class _Seen:
         return transformed(self.values, shares[:, None])
 
 
-def _seen(m: Reflectance) -> _Seen:
+def _seen(m: Reflectance) -> _PairValues:
     if m.sides != "front":
         raise ParameterError(
             f"nearest: {shown(m)} transmits light; expected a surface that reflects alone: compare its reflecting part"
@@ -356,8 +356,10 @@ def _seen(m: Reflectance) -> _Seen:
     parts = [_lit(m, wi[k : k + rows], wo[k : k + rows], to_rgb) for k in range(0, len(wi), rows)]
     values = np.concatenate(parts)
     if values.shape[1] == 1:
-        return _Seen(values, GRAY)
-    return _Seen(values, COLOUR) if is_rgb(m) or to_rgb is not None else _Seen(values, OTHER, m.channel_names)
+        return _PairValues(values, GRAY)
+    return (
+        _PairValues(values, COLOUR) if is_rgb(m) or to_rgb is not None else _PairValues(values, OTHER, m.channel_names)
+    )
 
 
 def _lit(m: Reflectance, wi: np.ndarray, wo: np.ndarray, to_rgb: np.ndarray | None) -> np.ndarray:
@@ -382,7 +384,9 @@ def _mirrored(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
 # Distances.
 
 
-def _match(own: _Seen, candidate: _Candidate, distance: Distance, free: bool, kept: dict[int, np.ndarray]) -> Match:
+def _match(
+    own: _PairValues, candidate: _Candidate, distance: Distance, free: bool, kept: dict[int, np.ndarray]
+) -> Match:
     """`kept`: what is compared of `own`, by the address of its values."""
     try:
         other = candidate.make()
@@ -414,7 +418,7 @@ def _match(own: _Seen, candidate: _Candidate, distance: Distance, free: bool, ke
     return replace(match, distance=found, factor=factor)
 
 
-def _comparable(a: _Seen, b: _Seen) -> tuple[np.ndarray, np.ndarray, str]:
+def _comparable(a: _PairValues, b: _PairValues) -> tuple[np.ndarray, np.ndarray, str]:
     """Values of both in the same channels, and in words which these are."""
     if OTHER not in (a.kind, b.kind):
         if a.kind == b.kind:

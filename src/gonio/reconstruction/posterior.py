@@ -16,7 +16,7 @@ from ..errors import ParameterError, shown
 from ..fitting.samples import Samples, names_of
 from ..integrals.albedo import albedo
 from ..tables.gridded import Gridded
-from .reflectance_basis import ReflectanceBasis, Rows
+from .reflectance_basis import BasisRows, ReflectanceBasis
 
 DISCREPANCIES = [0.0, *np.geomspace(0.005, 1.0, 9).tolist()]
 """Standard deviations of ln f that are tried for what a material has beside the basis."""
@@ -238,7 +238,7 @@ def reconstruction(s: Samples, basis: ReflectanceBasis, noise: float, floor: flo
                 f"{s.source}: no value{f' of channel {name}' if name else ''} has an uncertainty above 0; expected "
                 f"values above 0, or a floor [1/sr] of the noise"
             )
-        found.append(posterior(basis, Rows(*(x[known] for x in rows)), f[known], u[known]))
+        found.append(posterior(basis, BasisRows(*(x[known] for x in rows)), f[known], u[known]))
     means = np.stack([p.mean for p in found])
     variance = np.stack([variance_of(basis, p.covariance, p.widening) for p in found], axis=-1)
     log_u = np.sqrt(variance + np.array([p.discrepancy**2 for p in found]))
@@ -255,7 +255,7 @@ def reconstruction(s: Samples, basis: ReflectanceBasis, noise: float, floor: flo
     return Reconstruction(table, means, covariance, *numbers, log_u, notes, s.source, basis)
 
 
-def posterior(basis: ReflectanceBasis, rows: Rows, f: np.ndarray, u: np.ndarray) -> Posterior:
+def posterior(basis: ReflectanceBasis, rows: BasisRows, f: np.ndarray, u: np.ndarray) -> Posterior:
     """The posterior of the coefficients by values f (n,) of standard uncertainty u.
 
     Values nearest to the same node are averaged: what the basis does not hold is the same in all of them.

@@ -61,7 +61,7 @@ TOGETHER = 50_000
 """Pairs of directions that are interpolated at a time."""
 
 
-class Rows(NamedTuple):
+class BasisRows(NamedTuple):
     """A basis at n pairs of directions.
 
     mean      (n,) of ln(f + offset)
@@ -132,7 +132,7 @@ class ReflectanceBasis:
         shares = np.where(above(wi, wo), solid * wi[..., 2] * wo[..., 2], 0.0)
         return np.asarray(shares / shares.sum())
 
-    def at(self, wi: np.ndarray, wo: np.ndarray) -> Rows:
+    def at(self, wi: np.ndarray, wo: np.ndarray) -> BasisRows:
         """The basis at pairs of directions (n, 3), linear between the nodes.
 
         Example
@@ -141,8 +141,8 @@ class ReflectanceBasis:
         >>> print(np.exp(rows.mean).round(3), (np.prod([0.1, 0.2, 0.4, 0.8]) ** 0.25 / np.pi).round(3))
         [0.09] 0.09
         """
-        parts = [Rows(*self._at(wi[k : k + TOGETHER], wo[k : k + TOGETHER])) for k in range(0, len(wi), TOGETHER)]
-        return Rows(*(np.concatenate(x) for x in zip(*parts, strict=True)))
+        parts = [BasisRows(*self._at(wi[k : k + TOGETHER], wo[k : k + TOGETHER])) for k in range(0, len(wi), TOGETHER)]
+        return BasisRows(*(np.concatenate(x) for x in zip(*parts, strict=True)))
 
     def _at(self, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, ...]:
         every = half_difference(*(Direction(*w.T) for w in (wi, wo)))

@@ -28,7 +28,7 @@ ROUNDING = 1e-14
 """Relative change of f up to which a cell counts as unchanged."""
 
 
-class Cells:
+class GridCells:
     """A measurement `m` on a grid: f and u [1/sr] (grid..., C) at its nodes, and the directions wi and wo of these.
 
     u       standard uncertainty of f, or None
@@ -121,7 +121,7 @@ def like(
 
 
 def changes_of_all(cells: int, share: float, differences: np.ndarray) -> dict[str, Any]:
-    """What `Cells.changes` counts, of a new grid: all its cells have changed, by `differences` of f."""
+    """What `GridCells.changes` counts, of a new grid: all its cells have changed, by `differences` of f."""
     off = np.abs(differences)
     off = {"largest": float(np.nanmax(off, initial=0.0)), "mean": float(np.nanmean(off)) if off.size else 0.0}
     return {"cells": cells, "share": share, "filled": 0, **off}

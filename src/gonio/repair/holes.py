@@ -11,7 +11,7 @@ from ..base.measured import Measured
 from ..declared.arguments import checked
 from ..errors import ToleranceWarning, expect_one_of, warn
 from ..numerics.filling import filled_in_layers
-from ._cells import Cells, relative
+from ._cells import GridCells, relative
 
 if TYPE_CHECKING:
     from ..tables.gridded import Gridded
@@ -51,7 +51,7 @@ def fill_holes(m: Measured, method: str = "neighbours") -> Gridded:
     8 0
     """
     expect_one_of(METHODS, "method", method)
-    cells = Cells(m)
+    cells = GridCells(m)
     f, depth = _fill(cells, cells.f, method)
     figures = {"rehearsal": _rehearsal(cells, method), "deepest": int(depth[cells.up].max(initial=0))}
     u = None
@@ -63,7 +63,7 @@ def fill_holes(m: Measured, method: str = "neighbours") -> Gridded:
     return cells.repaired("fill_holes", {"method": method}, f, u, figures)
 
 
-def _fill(cells: Cells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray]:
+def _fill(cells: GridCells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray]:
     """Values without holes, and the number of cells from each to a known one."""
     near, depth = filled_in_layers(f, cells.wraps)
     if method == "neighbours":
@@ -75,7 +75,7 @@ def _fill(cells: Cells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndar
     return filled_in_layers(smooth, cells.wraps)[0], depth
 
 
-def _rehearsal(cells: Cells, method: str) -> float:
+def _rehearsal(cells: GridCells, method: str) -> float:
     """Root mean square of the relative error at the known cells next to holes when hidden; NaN if there are none."""
     holes = np.isnan(cells.f) & cells.up[..., None]
     edge = np.zeros(holes.shape, bool)

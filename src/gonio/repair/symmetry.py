@@ -13,7 +13,7 @@ from ..declared.arguments import checked
 from ..errors import expect_one_of
 from ..tables.gridded import Gridded
 from ..tables.nodes import bracketed, f_at
-from ._cells import Cells, changes_of_all, floor, like, reported, spread, variances
+from ._cells import GridCells, changes_of_all, floor, like, reported, spread, variances
 
 KINDS = ("reciprocity", "isotropy", "plane")
 SAME = 1e-5
@@ -46,7 +46,7 @@ def symmetrize(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
      [0.11 0.11]]
     """
     expect_one_of(KINDS, "kind", kind)
-    cells = Cells(m)
+    cells = GridCells(m)
     if kind == "isotropy":
         return _isotropic(cells.m)
     f, u, figures = _paired(cells, kind, plane)
@@ -54,7 +54,7 @@ def symmetrize(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
     return cells.repaired("symmetrize", parameters, f, u, figures)
 
 
-def _paired(cells: Cells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray | None, dict[str, float]]:
+def _paired(cells: GridCells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray | None, dict[str, float]]:
     """f averaged with f of the symmetric pairs, its uncertainty, and figures of the asymmetry."""
     image = _positions(cells.m, kind, plane)
     if image is not None:
@@ -141,7 +141,7 @@ def _moved(values: np.ndarray, order: list[int], numbers: list[np.ndarray]) -> n
 
 def _isotropic(m: Gridded) -> Gridded:
     """The mean over azimuths of wi, or of the half vector, at fixed relative azimuths; weights are the nodes' arcs."""
-    cells = Cells(m)
+    cells = GridCells(m)
     m = cells.m
     names = list(m.axes)
     if len(names) == 3:
@@ -176,7 +176,7 @@ def _isotropic(m: Gridded) -> Gridded:
         u = np.sqrt(np.where(known, share**2 * np.stack(squares), 0.0).sum(axis=0))
     figures = {**_asymmetry(stack, np.broadcast_to(f, stack.shape), cells.f), "on_grid": int(on_grid)}
     table = like(m, axes, f, u, quantity="brdf", periods=periods)
-    changes = changes_of_all(int(Cells(table).up.sum()), 1.0, stack - f)
+    changes = changes_of_all(int(GridCells(table).up.sum()), 1.0, stack - f)
     return reported(table, m, "symmetrize", {"kind": "isotropy"}, changes, figures)
 
 

@@ -18,7 +18,7 @@ OFTEN = 0.05
 ADVICE = "delete it, or name another file"
 
 
-class Kept:
+class WorkFile:
     """Arrays in a .npz file, of one work: `identity` tells it from others, whose files are refused.
 
     `noun`: what the work is; `what`: what must be the same for it to go on.

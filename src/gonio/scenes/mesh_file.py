@@ -46,7 +46,7 @@ PLACES = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"))
 STL_HEAD, STL_FACE = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 
 
-class Contents(NamedTuple):
+class _MeshArrays(NamedTuple):
     """Vertices (V, 3), faces (F, 3), and places (V, 2) on a texture, v from below, if there are any."""
 
     vertices: np.ndarray
@@ -54,7 +54,7 @@ class Contents(NamedTuple):
     uv: np.ndarray | None
 
 
-def read(path: str | os.PathLike[str]) -> Contents:
+def read(path: str | os.PathLike[str]) -> _MeshArrays:
     """The mesh in a file. Raises NotFoundError; FormatError for what is damaged, cut short, too large or of another
     kind; ParameterError where there are no faces."""
     if not os.path.isfile(path):
@@ -111,12 +111,14 @@ def _triangles(counts: np.ndarray, vertices: int, is_split: bool = False) -> np.
     return np.stack([first, first + steps + 1, first + steps + 2], axis=1)
 
 
-def _split(vertices: np.ndarray, faces: np.ndarray, places: np.ndarray, uv: np.ndarray, more: np.ndarray) -> Contents:
+def _split(
+    vertices: np.ndarray, faces: np.ndarray, places: np.ndarray, uv: np.ndarray, more: np.ndarray
+) -> _MeshArrays:
     """A vertex for each vertex, place on a texture and number `more` that meet in a corner; all of these (F, 3)."""
     keys = (faces.reshape(-1) * len(uv) + places.reshape(-1)) * (int(more.max()) + 1) + more.reshape(-1)
     _, first, back = np.unique(keys, return_index=True, return_inverse=True)
     at, on = faces.reshape(-1)[first], places.reshape(-1)[first]
-    return Contents(vertices[at], back.reshape(-1, 3), uv[on])
+    return _MeshArrays(vertices[at], back.reshape(-1, 3), uv[on])
 
 
 def _within(indices: np.ndarray, count: int, what: str) -> np.ndarray:
@@ -128,7 +130,7 @@ def _within(indices: np.ndarray, count: int, what: str) -> np.ndarray:
 # Wavefront .obj
 
 
-def _obj(content: bytes) -> Contents:
+def _obj(content: bytes) -> _MeshArrays:
     vertices, uv, counts = array("d"), array("d"), array("q")
     corners = array("q"), array("q"), array("q")
     given = [0, 0, 0]
@@ -153,7 +155,7 @@ def _obj(content: bytes) -> Contents:
     at = _triangles(np.array(counts, np.int64), len(pairs), is_placed or is_lit)
     faces = _within(v, len(pairs), "vertices")[at]
     if not (is_placed or is_lit):
-        return Contents(pairs, faces, None)
+        return _MeshArrays(pairs, faces, None)
     places = _within(vt, given[1], "places")[at] if is_placed else np.zeros_like(faces)
     lit = _within(vn, given[2], "normals")[at] if is_lit else np.zeros_like(faces)
     found = _split(pairs, faces, places, np.frombuffer(uv).reshape(-1, 2) if is_placed else np.zeros((1, 2)), lit)
@@ -170,7 +172,7 @@ def _floats(words: Sequence[bytes], count: int) -> list[float]:
 # .off
 
 
-def _off(content: bytes) -> Contents:
+def _off(content: bytes) -> _MeshArrays:
     lines = _lines(content)
     key, *head = next(lines, [b""])
     if key not in (b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF") or head[:1] == [b"BINARY"]:
@@ -188,7 +190,7 @@ def _off(content: bytes) -> Contents:
             raise ValueError(f"a face of {counts[-1]} corners in a line of {len(words)}")
         corners.extend(int(word) for word in words[: counts[-1]])
     at = _triangles(np.array(counts, np.int64), count)
-    return Contents(
+    return _MeshArrays(
         np.array(vertices).reshape(-1, 3), _within(np.array(corners, np.int64), count, "vertices")[at], None
     )
 
@@ -196,7 +198,7 @@ def _off(content: bytes) -> Contents:
 # .stl
 
 
-def _stl(content: bytes) -> Contents:
+def _stl(content: bytes) -> _MeshArrays:
     count = int.from_bytes(content[STL_HEAD - 4 : STL_HEAD], "little")
     if len(content) == STL_HEAD + count * STL_FACE.itemsize:
         corners = np.frombuffer(content, STL_FACE, count, STL_HEAD)["corners"].reshape(-1, 3)
@@ -211,7 +213,7 @@ def _stl(content: bytes) -> Contents:
         if key.lower() != b"endsolid" or len(numbers) % 9:
             raise ValueError(f"is cut short: {len(numbers) // 3} corners, and no endsolid after them")
         corners = np.array(numbers).reshape(-1, 3)
-    return Contents(corners, np.arange(len(corners)).reshape(-1, 3), None)
+    return _MeshArrays(corners, np.arange(len(corners)).reshape(-1, 3), None)
 
 
 # Stanford .ply
@@ -234,7 +236,7 @@ class _Values(NamedTuple):
     counts: np.ndarray
 
 
-def _ply(content: bytes) -> Contents:
+def _ply(content: bytes) -> _MeshArrays:
     lines, data = _ply_header(content)
     form, elements = _ply_elements(lines)
     if form == "ascii":
@@ -363,14 +365,14 @@ def _as(units: np.ndarray, kind: np.dtype) -> np.ndarray:
     return units.reshape(-1).astype(kind)
 
 
-def _ply_mesh(found: dict[str, dict[str, _Values]]) -> Contents:
+def _ply_mesh(found: dict[str, dict[str, _Values]]) -> _MeshArrays:
     vertex, face = found.get("vertex", {}), found.get("face", {})
     if vertex and not {*"xyz"} <= vertex.keys():
         raise ValueError(f"vertices of {', '.join(vertex):.60}, expected x, y and z")
     vertices = np.stack([vertex[name].flat.astype(float) for name in "xyz"], axis=1) if vertex else np.empty((0, 3))
     names = [name for name in ("vertex_indices", "vertex_index") if name in face]
     if not names:
-        return Contents(vertices, np.empty((0, 3), np.int64), None)
+        return _MeshArrays(vertices, np.empty((0, 3), np.int64), None)
     corners = face[names[0]]
     places = face.get("texcoord")
     is_split = places is not None and np.array_equal(places.counts, 2 * corners.counts)
@@ -382,8 +384,8 @@ def _ply_mesh(found: dict[str, dict[str, _Values]]) -> Contents:
         return _split(vertices, faces, back.reshape(-1)[at], different.view(float).reshape(-1, 2), np.zeros_like(faces))
     for u, v in PLACES:
         if u in vertex and v in vertex:
-            return Contents(vertices, faces, np.stack([vertex[u].flat, vertex[v].flat], axis=1).astype(float))
-    return Contents(vertices, faces, None)
+            return _MeshArrays(vertices, faces, np.stack([vertex[u].flat, vertex[v].flat], axis=1).astype(float))
+    return _MeshArrays(vertices, faces, None)
 
 
 _READERS: dict[str, Any] = {".ply": _ply, ".obj": _obj, ".stl": _stl, ".off": _off}

@@ -32,12 +32,12 @@ from .asked import Backdrop, PixelNoise, Samples, Size
 from .camera import View
 from .estimator import FRONTS
 from .left_out import tell
-from .passes import Checkpoint, Sums, passes, warn_of_holes
+from .passes import PixelSums, RenderCheckpoint, passes, warn_of_holes
 from .pixels import Pixels
 from .scene import Scene
 from .shapes import SHAPES
 from .stage import Stage
-from .traced import Several, Traced
+from .traced import PictureJob, Several
 
 SAMPLES = 32
 """Samples of a pixel where nobody asks for more."""
@@ -133,8 +133,8 @@ def render(
     _refuse_lights_inside(stage, given)
     if all(light.is_formula() for light in given):
         job = _job(several, pixels)
-        file = None if checkpoint is None else Checkpoint(checkpoint, job.identity())
-        sums = (Sums.zero if file is None else file.read)(len(pixels.places), job.channels)
+        file = None if checkpoint is None else RenderCheckpoint(checkpoint, job.identity())
+        sums = (PixelSums.zero if file is None else file.read)(len(pixels.places), job.channels)
         passes(sums, job.part, job.parts(), wanted, noise, progress, file)
         warn_of_holes(sums.holes)
         if not sums.seen.any():
@@ -214,12 +214,12 @@ def _refuse_lights_inside(stage: Stage, lights: Sequence[Light]) -> None:
             raise ParameterError(f"render: {light!r:.120} is in the {name}, out of which no light gets; {rule}")
 
 
-def _job(several: Sequence[tuple[Any, ...]], pixels: Pixels) -> Traced | Several:
+def _job(several: Sequence[tuple[Any, ...]], pixels: Pixels) -> PictureJob | Several:
     """The picture of one material, or of several. Raises ShapeError where channels do not fit each other."""
     if len(several) == 1:
         m, lights, before, after, glowing = several[0]
-        return Traced.of(m, lights, pixels, before, after, glowing=glowing)
-    jobs = tuple(Traced.of(m, lit, pixels, a, b, part, glow) for part, (m, lit, a, b, glow) in enumerate(several))
+        return PictureJob.of(m, lights, pixels, before, after, glowing=glowing)
+    jobs = tuple(PictureJob.of(m, lit, pixels, a, b, part, glow) for part, (m, lit, a, b, glow) in enumerate(several))
     counts = {job.channels for job in jobs}
     if len(counts - {1}) > 1:
         each = ", ".join(f"{m!r:.40} {job.channels}" for job, (m, *_) in zip(jobs, several, strict=True))

@@ -17,7 +17,7 @@ from ..formula.text import shown
 from ..formula.world import moved
 from ..machine.caches import at_end
 from ..surfaces.height_field import HeightField
-from ._bodies import Body, Facets, Ground, Solid
+from ._bodies import Body, Ground, Solid, TriangleBody
 from .camera import FRONT, MARGIN, View, facing
 from .heights import laid
 from .mesh import Mesh
@@ -145,7 +145,7 @@ def _refuse_glow(meshes: Sequence[Mesh]) -> None:
 class _Facets(NamedTuple):
     """Meshes as one body; see `Stage`."""
 
-    body: Facets
+    body: TriangleBody
     materials: tuple[Reflectance | None, ...]
     centre: np.ndarray
     radius: float
@@ -178,7 +178,7 @@ def _facets(meshes: Sequence[Mesh]) -> _Facets:
     centre = box.mean(axis=0)
     radius = float(np.linalg.norm(vertices - centre, axis=1).max())
     at = vertices - centre, faces, normals, places, of_faces if len(materials) > 1 else None, box - centre
-    body = Facets.of(*at)
+    body = TriangleBody.of(*at)
     return _Facets(body, tuple(materials), centre, radius, float(box[0, 2]), _hulls(vertices[faces]), told)
 
 

@@ -31,7 +31,7 @@ PARTS = 8
 """Parts that small pictures have."""
 
 
-class Traced(NamedTuple):
+class PictureJob(NamedTuple):
     """A picture to be computed, of one material. `matrix`: that by which its channels become those of the picture, of
     `colours` sums if the lights have channels of their own. `glows`: pictures of what it re-radiates, to be added."""
 
@@ -42,7 +42,7 @@ class Traced(NamedTuple):
     colours: int
     own: int  # channels of the scene
     channels: int  # of the picture
-    glows: tuple[Traced, ...] = ()
+    glows: tuple[PictureJob, ...] = ()
 
     @classmethod
     def of(
@@ -55,7 +55,7 @@ class Traced(NamedTuple):
         part: int | None = None,
         glowing: Sequence[tuple[Reflectance, list[Light]]] = (),
         is_glow: bool = False,
-    ) -> Traced:
+    ) -> PictureJob:
         """The picture of a material; the matrices make RGB of its f, or of the radiance. `part`: the number of the
         part that alone counts. `glowing`: what it re-radiates, under which lights; `is_glow`: whether this is such,
         before which lights are not seen."""
@@ -119,7 +119,7 @@ def runs(pixels: int, channels: int) -> list[slice]:
     return [slice(start, min(start + length, pixels)) for start in range(0, pixels, length)]
 
 
-def tile(job: Traced, at: slice | np.ndarray, start: int, stop: int) -> Found:
+def tile(job: PictureJob, at: slice | np.ndarray, start: int, stop: int) -> Found:
     """What samples start to stop come to for a run of pixels."""
     found = job.computation(job.scene, pixel=job.pixels.numbers[at], point=points(start, stop)[None])
     light, (met, holes) = job.coloured(found), _counted(found)
@@ -139,7 +139,7 @@ class Several(NamedTuple):
     """A picture to be computed, of several materials: of each the pixels that show it, and which these are is counted
     before, by the same rays."""
 
-    jobs: tuple[Traced, ...]
+    jobs: tuple[PictureJob, ...]
     pixels: Pixels
     channels: int
 

@@ -12,7 +12,7 @@ from ..arrays import ops
 from ..errors import ParameterError, TooLargeError
 from ..formula.table_warp import Slices, bracket
 from ..machine.memory import physical
-from .angle_systems import ANGLES, AZIMUTHS, AngleSystem, Nodes, angle_system
+from .angle_systems import ANGLES, AZIMUTHS, AngleSystem, NodeCounts, angle_system
 
 INSIDE = 1e-6
 """Angles up to this [rad] beyond the outermost nodes count as between them."""
@@ -50,7 +50,7 @@ def fits(pairs: float, asked: str) -> None:
 
 
 def nodes_of(
-    system: AngleSystem, oriented: bool, resolution: Any, usual: Nodes, periods: Mapping[str, float] | None = None
+    system: AngleSystem, oriented: bool, resolution: Any, usual: NodeCounts, periods: Mapping[str, float] | None = None
 ) -> dict[str, np.ndarray]:
     """Nodes of a system's axes, `resolution` along each, or `usual` if that is None. Raises what `counts` does."""
     names = system.axes(oriented)

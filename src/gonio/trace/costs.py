@@ -24,7 +24,7 @@ class Choice(NamedTuple):
     kept: frozenset[int]
 
 
-class View:
+class GraphFacts:
     """What is known of a graph before it is rewritten."""
 
     def __init__(self, graph: Graph, outputs: Sequence[int], fixed: Collection[int]):

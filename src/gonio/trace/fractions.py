@@ -26,7 +26,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
-from .costs import Choice, View
+from .costs import Choice, GraphFacts
 from .graph import REAL, Graph
 
 TOGETHER = {"float32": 4, "float64": 24}
@@ -63,7 +63,7 @@ def fewer_operations(
 
     `fixed`: the numbers of arrays whose entries are the same along the inner axis.
     """
-    view = View(graph, outputs, fixed)
+    view = GraphFacts(graph, outputs, fixed)
     made = [(graph, list(outputs)), *(_Rewriting(view, choice, dtype).result() for choice in view.choices())]
     return min(made, key=view.cost)
 
@@ -91,7 +91,7 @@ class _Factor(NamedTuple):
 class _Rewriting:
     """A graph seen as products of powers of atoms, and the graph that is written from them."""
 
-    def __init__(self, view: View, choice: Choice, dtype: str):
+    def __init__(self, view: GraphFacts, choice: Choice, dtype: str):
         self.view, self.choice, self.graph, self.new = view, choice, view.graph, Graph()
         self.together, self.guard = TOGETHER[dtype], GUARD[dtype]
         self.products: dict[int, Product] = {}  # of the nodes of the graph

@@ -18,7 +18,7 @@ from ..tables.scattered import Scattered
 from .correlation import Factors, in_words, lengths
 from .functionals import Linear
 from .latent import Latent, Ledger
-from .rehearsal import Part, Rehearsal
+from .rehearsal import ErrorPart, Rehearsal
 from .row_rehearsal import RowRehearsal
 from .sensitivity import FEWEST, MOST, STEADY, TRIED, Coefficients, by_channel, coefficients
 
@@ -102,7 +102,7 @@ class TableErrors:
     def rehearsal(self) -> Rehearsal:
         return RowRehearsal(self.m) if isinstance(self.m, Scattered) else Rehearsal(self.m)
 
-    def _noise_of(self, part: Part) -> np.ndarray:
+    def _noise_of(self, part: ErrorPart) -> np.ndarray:
         """The standard uncertainty (n, C) of a part by errors of the values, 0 where that is unknown."""
         if part.of_values is None:
             return np.zeros(part.error.shape)

@@ -87,7 +87,7 @@ def scene(
     mi = _mitsuba()
     from ...integrals.illumination import as_lights
     from ...scenes.rendering import default_light
-    from .scenes import Writer, dictionary
+    from .scenes import SceneWriter, dictionary
 
     if isinstance(m, Scene):
         if shape != "sphere":
@@ -97,7 +97,7 @@ def scene(
         own = m
     if lights is None:
         lights = EnvironmentLight.studio() if own is None else default_light(own)
-    return dictionary(Writer(mi, bsdf), own, shape, as_lights(lights), camera, ground, size, samples)
+    return dictionary(SceneWriter(mi, bsdf), own, shape, as_lights(lights), camera, ground, size, samples)
 
 
 @checked

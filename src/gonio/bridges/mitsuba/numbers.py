@@ -14,7 +14,7 @@ from ...evaluate.tracing import content
 from ...formula.fields import Channels, Field, Param, Wavelengths
 
 
-class Number(NamedTuple):
+class MitsubaNumber(NamedTuple):
     """A number of the formula: its name in Mitsuba ("" for one that is no parameter), its declaration, its value: a
     Float, a Color3f of three channels, or a Float of all of them."""
 
@@ -61,14 +61,14 @@ class Number(NamedTuple):
         return getattr(dr, way)(dr.detach(self.value))
 
 
-def numbers(mi: Any, m: Reflectance) -> list[Number]:
+def numbers(mi: Any, m: Reflectance) -> list[MitsubaNumber]:
     """The numbers of a material, in the order of its traces.
 
     Raises ParameterError for maps, and where two parameters would have one name.
     """
     import drjit as dr
 
-    found: list[Number] = []
+    found: list[MitsubaNumber] = []
     for (path, field, _, owner), leaf in zip(m._numbers(), content(m).leaves, strict=True):
         array = np.asarray(leaf.numbers if isinstance(leaf, Fixed) else leaf, dtype=float)
         if array.ndim > 1:
@@ -82,7 +82,7 @@ def numbers(mi: Any, m: Reflectance) -> list[Number]:
         flat = array.reshape(-1)
         value = mi.Color3f(*flat.tolist()) if flat.size == 3 else mi.Float(flat.tolist())
         dr.make_opaque(value)
-        found.append(Number(name, field, value, flat.size))
+        found.append(MitsubaNumber(name, field, value, flat.size))
     return found
 
 
@@ -99,6 +99,6 @@ def _flat(table: np.ndarray, kind: type) -> Any:
     return kind(np.ascontiguousarray(table, np.float32).reshape(-1))
 
 
-def parameters(held: list[Number]) -> Iterator[Number]:
+def parameters(held: list[MitsubaNumber]) -> Iterator[MitsubaNumber]:
     """Those that optimization may move."""
     return (number for number in held if number.name and not isinstance(number.field, (Channels, Wavelengths)))

@@ -15,7 +15,7 @@ from ...errors import ParameterError
 from ...evaluate.tracing import Task, traced
 from ...models.lambertian import Lambertian
 from .colours import Colours
-from .numbers import Number, numbers, parameters, tables
+from .numbers import MitsubaNumber, numbers, parameters, tables
 from .walk import walk
 
 
@@ -44,7 +44,7 @@ class Carried:
         task: Task,
         wanted: Sequence[int],
         inputs: Sequence[Sequence[Any]],
-        value: Callable[[Number, int], Any] | None = None,
+        value: Callable[[MitsubaNumber, int], Any] | None = None,
     ) -> list[list[Any]]:
         """Some of the results of a task, each as a list of numbers; `value`: the numbers of the material."""
         mi, held = self.mi, self.numbers

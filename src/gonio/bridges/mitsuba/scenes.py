@@ -37,7 +37,7 @@ FAR = 1e4
 """Half the side of the ground, over the size of what stands on it."""
 
 
-class Writer:
+class SceneWriter:
     """What Mitsuba has for the things of a scene. `mi`: Mitsuba; `bsdf`: makes one of a reflectance."""
 
     def __init__(self, mi: Any, bsdf: Callable[[Reflectance], Any]):
@@ -189,22 +189,22 @@ class Writer:
         return made
 
 
-LIGHTS: dict[type[Light], Callable[[Writer, Any], Any]] = {
-    PointLight: Writer._point,
-    DistantLight: Writer._distant,
-    ConstantLight: Writer._constant,
-    EnvironmentLight: Writer._environment,
-    RectangleLight: Writer._rectangle,
-    DiskLight: Writer._disk,
-    SphereLight: Writer._sphere,
-    PolygonLight: Writer._polygon,
-    MeshLight: Writer._mesh_light,
+LIGHTS: dict[type[Light], Callable[[SceneWriter, Any], Any]] = {
+    PointLight: SceneWriter._point,
+    DistantLight: SceneWriter._distant,
+    ConstantLight: SceneWriter._constant,
+    EnvironmentLight: SceneWriter._environment,
+    RectangleLight: SceneWriter._rectangle,
+    DiskLight: SceneWriter._disk,
+    SphereLight: SceneWriter._sphere,
+    PolygonLight: SceneWriter._polygon,
+    MeshLight: SceneWriter._mesh_light,
 }
 """The lights that Mitsuba has too, and how they are written."""
 
 
 def dictionary(
-    writer: Writer,
+    writer: SceneWriter,
     m: Reflectance | None,
     shape: Any,
     lights: Sequence[Light],

@@ -12,7 +12,7 @@ from ...arrays import Fixed
 from ...arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
 from ...base.reflectance import Reflectance, Scaled, Sum
 from ...compile.source.finite import HOLE, finite
-from ...compile.source.language import Language, Signature, Vector
+from ...compile.source.language import Language, NamedVector, Signature
 from ...compile.source.lines import ascii_of, with_comment, wrapped
 from ...compile.source.names import short_names
 from ...compile.source.writer import Load, Text
@@ -36,7 +36,7 @@ CHANNEL = "channel"
 """The name of the number that says which channel a formula is for."""
 
 
-class Writer:
+class SourceWriter:
     """The text of one material in one language, part by part."""
 
     def __init__(self, m: Reflectance, language: Language, name: str, as_arguments: bool):
@@ -50,7 +50,7 @@ class Writer:
         self.as_arguments = as_arguments
         self.short = short_names(self.paths)
         prefix = "" if as_arguments else f"{name}_"
-        self.vectors = [Vector(prefix + s, len(v)) for s, v in zip(self.short, self.values, strict=True)]
+        self.vectors = [NamedVector(prefix + s, len(v)) for s, v in zip(self.short, self.values, strict=True)]
         self.read: set[int] = set()
         self.tables: list[int] = []
         self.text = Text(language, name, self.table)
@@ -127,7 +127,8 @@ class Writer:
         places = [k for k, v in enumerate(function.inputs) if not v.is_direction]
         shares = {(k, c) for k in places for c in range(function.inputs[k].width)}
         fixed = range(trace.inputs, trace.inputs + 2 * len(self.values))
-        kept = trace.graph.kept.setdefault(Writer, {})  # by the nodes of results: what is written, and the nodes there
+        # By the nodes of results: what is written, and the nodes there.
+        kept = trace.graph.kept.setdefault(SourceWriter, {})
         holed = tuple(k for k in sorted(trace.looked_up) if np.isnan(self.content.tables[k].numbers).any())
         if (key := (*nodes, -1, *holed)) not in kept:  # the longest part, the same for all languages and numbers
             kept[key] = passes.rewritten(*finite(trace.graph, nodes, shares, holed), "float32", fixed)
@@ -135,12 +136,12 @@ class Writer:
         rest = iter(nodes)
         ends = [[next(rest) for _ in result] for result in trace.results]
         widths = {VALUE: count, VECTOR: 3, SCALAR: 1, MASK: 1, MATRIX: 16 * count}
-        results = [Vector(name, widths[kind], MASK if kind == MASK else REAL) for name, kind in function.results]
+        results = [NamedVector(name, widths[kind], MASK if kind == MASK else REAL) for name, kind in function.results]
         named = dict(zip([v.name for v in results], ends, strict=False))
         if word == "jacobian":
             for k, slope in enumerate(ends[1:]):
                 if k in self.read and self.paths[k] != CHANNEL:
-                    v = Vector(f"d_{self.short[k]}", count)
+                    v = NamedVector(f"d_{self.short[k]}", count)
                     results.append(v)
                     named[v.name] = slope
         loads = {(k, c): self.language.component(v, c) for k, v in enumerate(function.inputs) for c in range(v.width)}
@@ -165,7 +166,7 @@ class Writer:
         every = {place: Load(text, words.get(place, "")) for place, text in loads.items()}
         self.text.add(graph, signature, named, every, first)
 
-    def merged(self, k: int, first: list[str], component: Callable[[Vector, int], str]) -> str:
+    def merged(self, k: int, first: list[str], component: Callable[[NamedVector, int], str]) -> str:
         """The name of a parameter's merged channels, for sampling; `first` takes the statement that makes it."""
         v = self.vectors[k]
         parts = [component(v, c) for c in range(v.width)]

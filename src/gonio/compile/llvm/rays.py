@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...arrays.packets import BLOCKED, FAR, GEOMETRY, INSTANCES, MASK, PACKET, ROWS, TRIANGLE
-from .lanes import FLOAT32, Lanes, Value
+from .lanes import FLOAT32, IRValue, Lanes
 
 MEMORY = (
     f"%packet = alloca [{ROWS} x <{PACKET} x float>], align 64",
@@ -20,7 +20,7 @@ _ROWS_OF_RAYS = (0, 1, 2, 4, 5, 6, 3, FAR)
 _FLOATS, _WHOLE = f"<{PACKET} x float>", f"<{PACKET} x i32>"
 
 
-def shot(v: Lanes, table: int, way: int, ray: Sequence[Value], going: Value) -> list[Value]:
+def shot(v: Lanes, table: int, way: int, ray: Sequence[IRValue], going: IRValue) -> list[IRValue]:
     """What rays meet in the lanes that are `going`: origins, directions, least and largest distances."""
     function, scene = _address(v, table, way), _address(v, table, 2)
     wide = f"<{v.width} x float>"
@@ -48,11 +48,11 @@ def shot(v: Lanes, table: int, way: int, ray: Sequence[Value], going: Value) -> 
         return [v.emit("mask", f"fcmp oeq {wide} {met[0]}, {beyond}")]
     distance, a, b, number, geometry = met
     hit = v.emit("mask", f"icmp ne {v.types['index']} {geometry}, splat (i32 -1)")
-    reals = [Value("real", x) for x in (distance, a, b)]
+    reals = [IRValue("real", x) for x in (distance, a, b)]
     if v.dtype != FLOAT32:
         reals = [v.emit("real", f"fpext {wide} {x.name} to {v.types['real']}") for x in reals]
     found = [v.select(hit, x, v.real(miss)) for x, miss in zip(reals, (float("inf"), 0.0, 0.0), strict=True)]
-    return [*found, v.select(hit, Value("index", number), v.index(0))]
+    return [*found, v.select(hit, IRValue("index", number), v.index(0))]
 
 
 def _address(v: Lanes, table: int, which: int) -> str:

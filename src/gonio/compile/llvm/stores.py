@@ -7,7 +7,7 @@ from math import gcd
 
 from ...trace.graph import MASK
 from .access import INLINE, LINE, STRUCTURED, Access
-from .lanes import Value
+from .lanes import IRValue
 from .program import ADDED, EACH, SQUARED
 
 SQUARE = 16  # numbers of a matrix, which are stored together
@@ -30,7 +30,7 @@ class Stores(Access):
             streamed = name
         self.v.write(f"%streamed = and i1 {streamed}, true")
 
-    def stored(self, node: int) -> tuple[Value, str, int]:
+    def stored(self, node: int) -> tuple[IRValue, str, int]:
         """A node's value as it is stored, its type, and the size of one element: masks become bytes."""
         value = self.values[node]
         if value.kind != MASK:
@@ -75,10 +75,10 @@ class Stores(Access):
                     left.append(f"store {kind} {part.name}, ptr {self.output_address(k, n * size, i * w * size)}")
         return left
 
-    def structured_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+    def structured_stores(self, k: int, values: Sequence[IRValue]) -> list[str]:
         """What `structured_loads` does, the other way round; the stores are left."""
         n, w, kind, left = len(values), self.v.register, f"<{len(values) * self.v.register} x {self.real}>", []
-        poison = Value("real", "poison")
+        poison = IRValue("real", "poison")
         for start in range(0, self.width, w):
             parts = [self.v.shuffle(value, value, self.width, range(start, start + w)) for value in values]
             parts += [poison] * (-n % 2)
@@ -90,7 +90,7 @@ class Stores(Access):
             )
         return left
 
-    def blended_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+    def blended_stores(self, k: int, values: Sequence[IRValue]) -> list[str]:
         """What `blended_loads` does, the other way round; the stores are left."""
         left = []
         n, w, kind = len(values), self.v.register, f"<{self.v.register} x {self.real}>"
@@ -105,7 +105,7 @@ class Stores(Access):
                 left.append(f"store {kind} {part.name}, ptr {address}")
         return left
 
-    def square_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+    def square_stores(self, k: int, values: Sequence[IRValue]) -> list[str]:
         """Stores of matrices of `SQUARE` numbers, one behind the other: each is written as whole vectors, which
         lie across the lanes; the stores are left."""
         n, w, left = len(values), min(self.v.register, SQUARE), []
@@ -143,7 +143,7 @@ class Stores(Access):
         total = self.v.emit("real", f"fadd {wide} {self.v.emit('real', load).name}, {term.name}")
         self.v.write(self.v.intrinsic(f"masked.store.{name}", "void", (wide, total.name), at, *where))
 
-    def scatter(self, k: int, mask: str, values: Sequence[tuple[Value, str, int]]) -> None:
+    def scatter(self, k: int, mask: str, values: Sequence[tuple[IRValue, str, int]]) -> None:
         n, w = len(values), self.width
         if n == 1 and mask == "%valid":
             ((value, kind, size),) = values
@@ -161,18 +161,18 @@ class Stores(Access):
 
     def accumulate(self, node: int) -> None:
         wide = f"<{self.width} x double>"
-        term = self.v.select(Value("mask", "%valid"), self.values[node], self.v.real(0.0))
+        term = self.v.select(IRValue("mask", "%valid"), self.values[node], self.v.real(0.0))
         if self.size == 4:
             term = self.v.emit("real", f"fpext {self.v.types['real']} {term.name} to {wide}")
         self.v.write(f"%total{node}.next = fadd {wide} %total{node}, {term.name}")
 
-    def total(self, node: int) -> Value:
+    def total(self, node: int) -> IRValue:
         """What a node has come to along the inner axis: one double."""
         arguments = ("double", "0.0"), (f"<{self.width} x double>", f"%total{node}")
         call = self.v.intrinsic(f"vector.reduce.fadd.v{self.width}f64", "double", *arguments)
         return self.v.emit("real", call.replace("call", "call reassoc"))
 
-    def store_sums(self, k: int, totals: Mapping[int, Value]) -> None:
+    def store_sums(self, k: int, totals: Mapping[int, IRValue]) -> None:
         """Totals or their squares, or what they make with those in memory."""
         output = self.program.outputs[k]
         for c, node in enumerate(output.nodes):

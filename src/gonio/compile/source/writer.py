@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ...trace.graph import COMPARISONS, INDEX, LEAVES, MASK, Graph
 from . import elementary, reserved
-from .language import Language, Signature, Vector, bare
+from .language import Language, NamedVector, Signature, bare
 from .lines import wrapped
 from .names import suggested
 
@@ -71,8 +71,8 @@ class Text:
         if operation not in self.helpers:
             self.helpers[operation] = []  # a helper that calls itself is the language's own function
             graph, node, names = elementary.graph_of(operation)
-            arguments = tuple(Vector(n) for n in names)
-            signature = Signature(name, arguments, (Vector("y" if "y" not in names else "result"),))
+            arguments = tuple(NamedVector(n) for n in names)
+            signature = Signature(name, arguments, (NamedVector("y" if "y" not in names else "result"),))
             inner = _Body(self, graph, {(i, 0): n for i, n in enumerate(names)}, operation)
             values = inner.written({signature.results[0].name: [node]})
             lines = [*inner.lines, *self.language.outputs(signature, values)]

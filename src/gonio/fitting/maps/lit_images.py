@@ -96,7 +96,7 @@ class LitImages:
     def __len__(self) -> int:
         return self.values.shape[1]
 
-    def block(self, texels: slice) -> Block:
+    def block(self, texels: slice) -> LitTexels:
         """Some texels, with what the lights send there."""
         L = np.ascontiguousarray(np.moveaxis(self.values[:, texels], 2, 0), dtype=float)
         with np.errstate(invalid="ignore"):
@@ -109,7 +109,7 @@ class LitImages:
             known = np.isfinite(E).all(axis=0)
             counts &= known
             w, E = np.where(known[:, None], w, 0.0), np.where(known, E, 0.0)
-        return Block(np.where(counts, L, 0.0), None if u is None else np.moveaxis(u, 2, 0), counts, w, E)
+        return LitTexels(np.where(counts, L, 0.0), None if u is None else np.moveaxis(u, 2, 0), counts, w, E)
 
     @cached_property
     def _far(self) -> tuple[np.ndarray, np.ndarray]:
@@ -117,7 +117,7 @@ class LitImages:
         return self._arrivals(np.zeros((1, 3)))
 
     def _arrivals(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See `Block`, for places (T, 3)."""
+        """See `LitTexels`, for places (T, 3)."""
         found = [light.arrival(places) for light in self.lights]
         width = max(x.irradiance.shape[-1] for x in found)
         E = np.stack([np.broadcast_to(x.irradiance, (len(places), width)).T for x in found], axis=1)
@@ -125,7 +125,7 @@ class LitImages:
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class LitTexels:
     """Values L (C, K, T), 0 where they do not count; u that broadcasts with them, or None; which count (K, T);
     directions to the lights w (K, 3, T or 1); irradiances E (C or 1, K, T or 1) of planes that face them."""
 

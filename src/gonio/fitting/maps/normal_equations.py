@@ -16,18 +16,18 @@ PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Elements of a symmetric matrix, in the order of its six numbers."""
 
 
-class Sums(NamedTuple):
+class NormalEquations(NamedTuple):
     """Normal equations of T texels: A (C or 1, 6, T), as xx, yy, zz, xy, xz, yz; q (C, 3, T); squares (C, T)."""
 
     A: np.ndarray
     q: np.ndarray
     squares: np.ndarray
 
-    def at(self, texels: Any) -> Sums:
-        return Sums(*(x[..., texels] for x in self))
+    def at(self, texels: Any) -> NormalEquations:
+        return NormalEquations(*(x[..., texels] for x in self))
 
 
-def solved(sums: Sums) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def solved(sums: NormalEquations) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The unit n (3, T) and f (C, T) of the least sum over channels of f^2 n.A n - 2 f q.n; whether they were found."""
     A, q, squares = sums
     if len(q) == 1:

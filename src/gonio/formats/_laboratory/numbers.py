@@ -20,7 +20,7 @@ MARKS = (-99.0, -999.0, -9999.0, -99999.0)
 """Numbers that programs write where there is no value."""
 
 
-class Numbers(NamedTuple):
+class NumberColumns(NamedTuple):
     """The columns of a table as numbers, NaN where a value is missing.
 
     columns   number of the column -> (rows,)
@@ -43,7 +43,7 @@ def numbers(
     needed: Collection[int],
     decimal: str | None,
     missing: Sequence[str] = (),
-) -> Numbers:
+) -> NumberColumns:
     """The columns `wanted`; those that are `needed` must have a number in every row.
 
     Raises FormatError, with the line and the column, for a cell that is no number.
@@ -52,10 +52,10 @@ def numbers(
         raise FormatError(
             f"{sheet.path}: {len(layout.names)} columns, expected at most {COLUMNS}; split the table by channels"
         )
-    return _Reader(sheet, layout, {k: k in needed for k in sorted(wanted)}, decimal, missing).read()
+    return _NumberReader(sheet, layout, {k: k in needed for k in sorted(wanted)}, decimal, missing).read()
 
 
-class _Reader:
+class _NumberReader:
     """`columns`: number of a column -> whether it must have a number in every row."""
 
     def __init__(
@@ -78,7 +78,7 @@ class _Reader:
         self.repeated: list[int] = []
         self.below: list[str] = []
 
-    def read(self) -> Numbers:
+    def read(self) -> NumberColumns:
         """All rows."""
         parts: dict[int, list[np.ndarray]] = {k: [] for k in self.wanted}
         lines = []
@@ -89,7 +89,7 @@ class _Reader:
             if self.below:
                 break
         columns = {k: np.concatenate(part) if part else np.empty(0) for k, part in parts.items()}
-        return Numbers(columns, np.concatenate(lines), self.repeated, self.below, self.decimal)
+        return NumberColumns(columns, np.concatenate(lines), self.repeated, self.below, self.decimal)
 
     def _pieces(self) -> Iterator[tuple[Sequence[int], dict[int, np.ndarray]]]:
         start = self.layout.first - 1
@@ -225,7 +225,12 @@ def _cure(word: str, decimal: str) -> str:
 
 
 def without_marks(
-    path: object, layout: TableLayout, found: Numbers, k: int, missing: Sequence[str], places: Callable[[], np.ndarray]
+    path: object,
+    layout: TableLayout,
+    found: NumberColumns,
+    k: int,
+    missing: Sequence[str],
+    places: Callable[[], np.ndarray],
 ) -> np.ndarray:
     """A column with NaN for the numbers among `missing`.
 

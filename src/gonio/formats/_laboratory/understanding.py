@@ -13,7 +13,7 @@ from ...tables.angle_systems import ANGLES
 from .layout import TableLayout
 from .meanings import Meanings, Said
 from .names import IGNORE, UNCERTAINTY, VALUE, WAVELENGTH, WAVELENGTH_UNITS, Meaning, nanometres, unit_of
-from .numbers import Numbers, numbers, without_marks
+from .numbers import NumberColumns, numbers, without_marks
 from .sheets import CellSheet, TextSheet
 
 
@@ -51,7 +51,7 @@ class Understood(NamedTuple):
     in_radians: bool
     columns: list[Column]
     layout: TableLayout
-    numbers: Numbers
+    numbers: NumberColumns
     remarks: list[str]
 
 
@@ -61,10 +61,10 @@ def understand(sheet: TextSheet | CellSheet, said: Said) -> Understood:
     Raises FormatError where a name or a number is unknown or has two readings, with the option that decides it, and
     ParameterError for columns that are not there.
     """
-    return _Table(sheet, Meanings(sheet, said)).understood()
+    return _TableReader(sheet, Meanings(sheet, said)).understood()
 
 
-class _Table:
+class _TableReader:
     def __init__(self, sheet: TextSheet | CellSheet, meanings: Meanings):
         self.meanings, self.said, self.layout = meanings, meanings.said, meanings.layout
         self.of, self.names, self.path = meanings.of, meanings.names, sheet.path

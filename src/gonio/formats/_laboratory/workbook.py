@@ -174,7 +174,7 @@ class Workbook:
 
     def rows(self, sheet: str) -> Iterator[list[str]]:
         """The rows of a sheet, from the first; those that are not there are empty."""
-        cells = _Cells(self._strings, self._dates, self._epoch, self._take)
+        cells = _SheetCells(self._strings, self._dates, self._epoch, self._take)
         empty: list[str] = []
         count = 0
         for _ in self._events(self.sheets[sheet], cells.start, cells.end, cells.data):
@@ -231,7 +231,7 @@ class _Texts:
             self.found.append("".join(self._pieces).strip())
 
 
-class _Cells:
+class _SheetCells:
     """The rows of a sheet: numbers, and texts of their cells."""
 
     def __init__(self, strings: list[str], dates: set[int], epoch: datetime, take: Callable[[int], None]):

@@ -56,7 +56,7 @@ class Filed(Gridded):
         self._hold(filed=content, filed_as=read_as, filed_with=read_with, stated_totals=tuple(stated_totals))
 
 
-class Asked(NamedTuple):
+class GridRequest(NamedTuple):
     """What a caller of a writer asked for: angles [degrees] by the file's words, the step, the channel."""
 
     angles: Mapping[str, Sequence[float] | None]
@@ -69,7 +69,7 @@ class Asked(NamedTuple):
         return self.step is None and all(x is None for x in self.angles.values())
 
 
-def as_filed(m: Reflectance, kind: type, asked: Asked) -> Any:
+def as_filed(m: Reflectance, kind: type, asked: GridRequest) -> Any:
     """The content of the file that m was read from, if it is of this kind and m is unchanged since; else None.
 
     None, too, where something is asked for. Raises ParameterError for a delta lobe and for maps, which no table of f
@@ -180,7 +180,7 @@ def on_grid(m: Reflectance, kind: str, axes: Mapping[str, np.ndarray]) -> np.nda
     return values_at(m, *angle_system(kind).directions(axes))
 
 
-def own_table(m: Reflectance, kind: str, asked: Asked) -> tuple[Gridded, np.ndarray] | None:
+def own_table(m: Reflectance, kind: str, asked: GridRequest) -> tuple[Gridded, np.ndarray] | None:
     """A measurement on such axes and its f (grid..., C), where no angles are asked for; else None."""
     if not isinstance(m, Gridded) or not asked.own_angles:
         return None
@@ -307,7 +307,9 @@ Channel = Annotated[
 ]
 
 
-def asked_or_usual(layout: Layout, parts: Sequence[Reflectance], asked: Asked) -> tuple[dict[str, list[float]], bool]:
+def asked_or_usual(
+    layout: Layout, parts: Sequence[Reflectance], asked: GridRequest
+) -> tuple[dict[str, list[float]], bool]:
     """Angles of a written model [degrees], by the file's words, those asked for or the layout's usual ones; and whether
     the sample is turned: parts are anisotropic, or such angles asked for.
 
@@ -335,7 +337,7 @@ def asked_or_usual(layout: Layout, parts: Sequence[Reflectance], asked: Asked) -
     return angles | alone, oriented
 
 
-def tabulated(layout: Layout, m: Reflectance, asked: Asked) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
+def tabulated(layout: Layout, m: Reflectance, asked: GridRequest) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
     """Axes [rad], f (grid..., C), and whether they are mirrored: of a measurement on such axes its own, where no angles
     are asked for, else at `asked_or_usual` ones of the whole circle."""
     if own := own_table(m, layout.system, asked):

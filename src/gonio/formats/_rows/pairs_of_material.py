@@ -24,7 +24,7 @@ from ...tables.scattered import Scattered
 from .direction_pairs import LEVEL, Pairs, material, seen_from, together
 
 
-class Nodes(NamedTuple):
+class _DefaultGrid(NamedTuple):
     """The default grid of angles of a written model.
 
     isotropic   numbers of theta_i, theta_o, phi
@@ -42,8 +42,8 @@ class Nodes(NamedTuple):
         return np.radians(np.linspace(0.0, last, count, endpoint=self.last is not None))
 
 
-FINE = Nodes((18, 18, 72), (18, 18, 72, 72))
-COARSE = Nodes((10, 10, 13), (7, 7, 9, 9), last=80.0)
+FINE = _DefaultGrid((18, 18, 72), (18, 18, 72, 72))
+COARSE = _DefaultGrid((10, 10, 13), (7, 7, 9, 9), last=80.0)
 
 MOST = 1 << 21
 """Pairs up to which a measurement's own nodes take the place of the default ones."""
@@ -64,7 +64,7 @@ def pairs_of(
     quantities: Sequence[str] = ("brdf",),
     *,
     incident: tuple[float, float] | None = None,
-    nodes: Nodes = FINE,
+    nodes: _DefaultGrid = FINE,
     as_held: bool = False,
 ) -> Pairs:
     """The pairs of a measurement, with its values as stored; of anything else, and where a resolution is given, f at
@@ -107,7 +107,7 @@ def table_of(m: Reflectance, resolution: Sequence[int] | None = None) -> Gridded
 
 
 def _of_model(
-    m: Reflectance, resolution: Sequence[int] | None, incident: tuple[float, float] | None, nodes: Nodes
+    m: Reflectance, resolution: Sequence[int] | None, incident: tuple[float, float] | None, nodes: _DefaultGrid
 ) -> Pairs:
     tabular_shape(m)
     isotropic = m.is_isotropic()

@@ -31,7 +31,7 @@ from ...numerics.quadrature import Integrals
 from ..places import Places
 from .by_factors import by_factors
 from .by_nodes import by_nodes
-from .rows import Rows, Wanted
+from .rows import MaterialRows, Wanted
 
 
 def over_places(m: Reflectance, wanted: Wanted) -> Integrals:
@@ -120,7 +120,7 @@ def _of_maps(lobe: Reflectance, own: tuple[int, ...], wanted: Wanted) -> tuple[n
 
 def _of_rows(m: Reflectance, count: int, wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Value (directions, count, C), error and missing (directions, count), for maps (length, 1)."""
-    rows = Rows(m, count)
+    rows = MaterialRows(m, count)
     exact = factors(m)
     if exact is not None and len(exact) < count:
         return by_factors(rows, [np.broadcast_to(x, count) for x in exact], wanted)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ...numerics.quadrature import Integrals
-from .rows import BLOCK, SPREAD, Rows, Wanted, least_and_most
+from .rows import BLOCK, SPREAD, MaterialRows, Wanted, least_and_most
 
 
-def by_factors(rows: Rows, columns: list[np.ndarray], wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def by_factors(
+    rows: MaterialRows, columns: list[np.ndarray], wanted: Wanted
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     extra = [row for x in columns for row in least_and_most(x)]
     spread = np.linspace(0, rows.length - 1, min(rows.length, SPREAD)).astype(int)
     sample, share = np.unique(np.concatenate([spread, np.array(extra, int)])), 1.0

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...numerics.lattice import lattice
-from .rows import BLOCK, SPREAD, Rows, Wanted
+from .rows import BLOCK, SPREAD, MaterialRows, Wanted
 
 FITTED, TESTED, MOST = 128, 48, 1024
 """Places that nodes are fitted to at first, those that test them, and the most of the first."""
@@ -26,7 +26,7 @@ INNER = 0.3
 """Share of the tolerance for the integrals of the few places."""
 
 
-def by_nodes(rows: Rows, wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def by_nodes(rows: MaterialRows, wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Value (count, C), error and missing (count,), for one direction."""
     rng, order = np.random.default_rng(0), rows.whole()
     value, error, missing = np.full((rows.length, 1), np.nan), np.zeros(rows.length), np.zeros(rows.length)
@@ -66,7 +66,7 @@ class _Known:
     """Rows whose integrals are known, first those that test a rule and then those it is fitted to, with f there at
     pairs of directions that may become its nodes."""
 
-    def __init__(self, rows: Rows, wanted: Wanted, tested: np.ndarray):
+    def __init__(self, rows: MaterialRows, wanted: Wanted, tested: np.ndarray):
         self.rows, self.wanted = rows, wanted
         self.wi, self.wo = _candidates(rows, wanted, tested)
         self.numbers = np.zeros(0, int)
@@ -170,7 +170,7 @@ def _most_different(values: np.ndarray, most: int) -> np.ndarray:
     return np.array(chosen or [0])
 
 
-def _candidates(rows: Rows, wanted: Wanted, some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _candidates(rows: MaterialRows, wanted: Wanted, some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of directions (k, 3): evenly spread over light and viewer, and with one of them drawn by the material."""
     u, v = lattice(CANDIDATES, 4), lattice(CANDIDATES, 2)
     wi, wo = _points(wanted.of, u[:, :2]), _points(wanted.to, u[:, 2:])

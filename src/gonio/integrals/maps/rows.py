@@ -45,7 +45,7 @@ class Wanted(NamedTuple):
         return self._replace(shape=(), direct=direct, of=of, to=to, unit=self.unit[k : k + 1])
 
 
-class Rows(NamedTuple):
+class MaterialRows(NamedTuple):
     """A material of one channel with maps (length, 1)."""
 
     m: Reflectance

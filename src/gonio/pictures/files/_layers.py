@@ -24,7 +24,7 @@ _WAVELENGTH = re.compile(r"(?<![\d,])\d[\d,]*([eE][+-]?\d+)?[A-Za-z]{0,2}(m|Hz)"
 _LISTED = 12
 
 
-class Layer(NamedTuple):
+class PictureLayer(NamedTuple):
     """Some channels of a part of a file, colours first.
 
     channels   by their full names
@@ -45,7 +45,7 @@ class Layer(NamedTuple):
         return f"{self.name!r} ({', '.join(own[:5])}{', ...' if len(own) > 5 else ''})"
 
 
-def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> Layer:
+def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> PictureLayer:
     """The layer that is asked for, of parts (name, channels); where none is, the only one. Raises Unsettled."""
     if wanted == ALL:
         return _whole(0, ALL, parts[0][1])
@@ -67,9 +67,9 @@ def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> La
     raise Unsettled(f"layer={wanted!r:.60}: expected one of {listed}: {example}{suggestion(str(wanted), known)}")
 
 
-def _named(wanted: str, layers: list[Layer], parts: Sequence[tuple[str, Sequence[str]]]) -> list[Layer]:
+def _named(wanted: str, layers: list[PictureLayer], parts: Sequence[tuple[str, Sequence[str]]]) -> list[PictureLayer]:
     """The layers of this name; else those of other parts, the channel, or the layers below one of this name."""
-    alone = [Layer(part, x, (x,)) for part, (_, channels) in enumerate(parts) for x in channels if x == wanted]
+    alone = [PictureLayer(part, x, (x,)) for part, (_, channels) in enumerate(parts) for x in channels if x == wanted]
     return (
         [x for x in layers if x.name == wanted]
         or [x for x in layers if wanted and x.name.endswith(f".{wanted}") and len(parts) > 1]
@@ -78,7 +78,7 @@ def _named(wanted: str, layers: list[Layer], parts: Sequence[tuple[str, Sequence
     )
 
 
-def _split(part: int, channels: Sequence[str]) -> Iterator[Layer]:
+def _split(part: int, channels: Sequence[str]) -> Iterator[PictureLayer]:
     """The layers of a part."""
     found: dict[str, list[str]] = {}
     for channel in channels:
@@ -103,7 +103,7 @@ def _layer_of(channel: str) -> str:
     return ".".join(pieces)
 
 
-def _whole(part: int, name: str, channels: Sequence[str]) -> Layer:
+def _whole(part: int, name: str, channels: Sequence[str]) -> PictureLayer:
     """A layer of all these channels: red, green, blue, then the others by name; coverage apart."""
     last = {x.rpartition(".")[2] if _layer_of(x) == name else x: x for x in channels}
     lower = {word.lower(): x for word, x in sorted(last.items(), reverse=True)}
@@ -112,7 +112,7 @@ def _whole(part: int, name: str, channels: Sequence[str]) -> Layer:
     if len(channels) == 1:
         coverage = ""
     others = sorted((x for x in channels if x not in rgb and x != coverage), key=natural)
-    return Layer(part, name, (*rgb, *others), coverage, bool(rgb) and not others)
+    return PictureLayer(part, name, (*rgb, *others), coverage, bool(rgb) and not others)
 
 
 def natural(name: str) -> tuple[list[str | float], str]:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ...errors import FormatError
 from ..colour import SRGB_XY
 from . import _chroma
-from ._layers import Layer, chosen
-from ._source import Picture, Source, Unsettled, library
+from ._layers import PictureLayer, chosen
+from ._source import Picture, PictureFile, Unsettled, library
 
 if TYPE_CHECKING:
     from ..image import Image
@@ -36,7 +36,7 @@ _BYTES = {0: 4, 1: 2, 2: 4}  # of a number: uint, half, float
 _HEAD = 1 << 16  # bytes of a file that are searched for headers; eight times as many while these go on
 
 
-def read(source: Source) -> Picture:
+def read(source: PictureFile) -> Picture:
     """The picture in a file, or the layer of it that is asked for. Raises FormatError where there is none."""
     openexr = library("OpenEXR", "OpenEXR")
     parts = _headers(source.file, source.size)
@@ -105,7 +105,7 @@ def read(source: Source) -> Picture:
     return Picture(pixels, alpha, shown, primaries, alpha is not None, notes=notes)
 
 
-def _notes(part: dict[bytes, bytes], layer: Layer, wanted: str | None) -> Iterator[str]:
+def _notes(part: dict[bytes, bytes], layer: PictureLayer, wanted: str | None) -> Iterator[str]:
     """What callers should hear of a picture."""
     if layer.beside and wanted is None:
         left_out = f"{', '.join(layer.beside[:5])}{', ...' if len(layer.beside) > 5 else ''}"
@@ -134,7 +134,7 @@ def _overlap(start: int, count: int, other: int, length: int) -> tuple[slice, sl
     return slice(first - start, last - start), slice(first - other, last - other)
 
 
-def _dense(part: dict[bytes, bytes], source: Source) -> int:
+def _dense(part: dict[bytes, bytes], source: PictureFile) -> int:
     """The most pixels that a part of a file can hold."""
     return (DENSE_DWA if part.get(b"compression") in (b"\x08", b"\x09") else DENSE) * source.size
 

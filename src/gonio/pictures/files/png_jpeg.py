@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...errors import FormatError
 from ..colour import srgb_decode, srgb_encode
 from ._icc import profile
-from ._source import DENSE, Picture, Source, Unsettled, blocks, gray_or_rgb, library, warn_lost
+from ._source import DENSE, Picture, PictureFile, Unsettled, blocks, gray_or_rgb, library, warn_lost
 
 if TYPE_CHECKING:
     from ..image import Image
@@ -46,7 +46,7 @@ class Codes(NamedTuple):
     notes: tuple[str, ...]
 
 
-def read(source: Source) -> Picture:
+def read(source: PictureFile) -> Picture:
     """The picture in a file; pillow raises errors of its own."""
     source.expect_one_layer()
     codes = _codes(source, ("PNG", "JPEG"))
@@ -67,7 +67,7 @@ def read(source: Source) -> Picture:
     return Picture(pixels, alpha, names, primaries, coded=True, notes=(*codes.notes, *notes))
 
 
-def gray(source: Source) -> NDArray[np.float64]:
+def gray(source: PictureFile) -> NDArray[np.float64]:
     """The codes (H, W) of a gray picture, as they are; of TIFF also numbers. Raises Unsettled for colours."""
     pillow = library("PIL.Image", "pillow")
     rule = "a gray picture has one number at each place: save the heights alone, gray"
@@ -88,7 +88,7 @@ def gray(source: Source) -> NDArray[np.float64]:
         return found / scale
 
 
-def _opened(pillow: Any, source: Source, formats: tuple[str, ...]) -> Any:
+def _opened(pillow: Any, source: PictureFile, formats: tuple[str, ...]) -> Any:
     source.file.seek(0)
     try:
         return pillow.open(source.file, formats=formats)
@@ -96,7 +96,7 @@ def _opened(pillow: Any, source: Source, formats: tuple[str, ...]) -> Any:
         raise FormatError(str(error)) from None
 
 
-def _check(picture: Any, source: Source, channels: int) -> None:
+def _check(picture: Any, source: PictureFile, channels: int) -> None:
     source.check(picture.width, picture.height, 4 * channels + 8, DENSE * source.size)
 
 
@@ -106,7 +106,7 @@ def _raw(picture: Any) -> str:
     return raw if isinstance(raw, str) else ""
 
 
-def _codes(source: Source, formats: tuple[str, ...]) -> Codes:
+def _codes(source: PictureFile, formats: tuple[str, ...]) -> Codes:
     pillow = library("PIL.Image", "pillow")
     picture = _opened(pillow, source, formats)
     raw, mode, info = _raw(picture), picture.mode, picture.info
@@ -138,7 +138,7 @@ def _shallow(picture: Any, mode: str) -> Iterator[tuple[slice, NDArray[Any]]]:
         yield part, _rows(_strip(picture, part).convert(mode))
 
 
-def _deep(pillow: Any, source: Source, picture: Any, raw: str) -> Iterator[tuple[slice, NDArray[Any]]]:
+def _deep(pillow: Any, source: PictureFile, picture: Any, raw: str) -> Iterator[tuple[slice, NDArray[Any]]]:
     """Codes of 16 bits. Of colours pillow keeps one byte: that one, then the other, as if the bytes were reversed. Gray
     with coverage are four bytes, which it takes for those of four colours."""
     if raw == "LA;16B":
@@ -179,7 +179,7 @@ def _stored(x: NDArray[Any], orientation: int) -> NDArray[Any]:
     return turns[orientation](x) if orientation in turns else x
 
 
-def _light(source: Source, codes: Codes) -> tuple[NDArray[np.float32], tuple[float, ...] | None, list[str]]:
+def _light(source: PictureFile, codes: Codes) -> tuple[NDArray[np.float32], tuple[float, ...] | None, list[str]]:
     """Linear values (C, N) of codes; the primaries, where the file says them; what is not obeyed.
 
     The caller's word, an ICC profile, sRGB and gAMA count in this order (PNG, third edition, 4.3).
@@ -213,7 +213,7 @@ def _light(source: Source, codes: Codes) -> tuple[NDArray[np.float32], tuple[flo
     return np.broadcast_to(light, (count, len(x))).astype(np.float32), primaries, notes
 
 
-def _coding(source: Source) -> tuple[int, int] | None:
+def _coding(source: PictureFile) -> tuple[int, int] | None:
     """Primaries and transfer function of a PNG's cICP chunk, which pillow passes over."""
     source.file.seek(0)
     if source.file.read(8) not in STARTS:

@@ -22,7 +22,7 @@ STEPS = (1.0, 2.0, 2.5, 5.0)
 
 
 @dataclass(frozen=True)
-class Axis:
+class ChartAxis:
     """The range of an axis, its label, and the numbers at it.
 
     angle   whether its numbers are angles [degrees], which the page turns into radians
@@ -62,17 +62,17 @@ class Axis:
         return [k * step for k in range(first, math.floor(self.high / step + 1e-9) + 1)]
 
 
-def fitting(values: Any, label: str, angle: bool = False) -> Axis:
+def fitting(values: Any, label: str, angle: bool = False) -> ChartAxis:
     """An axis of values above 0: logarithmic where they differ by more than three times, at most five decades."""
     known = np.asarray(values, float)
     known = known[np.isfinite(known) & (known > 0.0)]
     if not known.size:
-        return Axis(0.0, 1.0, label, angle=angle)
+        return ChartAxis(0.0, 1.0, label, angle=angle)
     high = float(known.max())
     low = max(float(known.min()), 1e-5 * high)
     if high < 3.0 * low:
-        return Axis(0.0, 1.25 * high, label, angle=angle)
-    return Axis(low / 1.3, high * 1.6, label, log=True, angle=angle)
+        return ChartAxis(0.0, 1.25 * high, label, angle=angle)
+    return ChartAxis(low / 1.3, high * 1.6, label, log=True, angle=angle)
 
 
 def number(value: float) -> str:
@@ -133,8 +133,8 @@ def path(x: np.ndarray, y: np.ndarray) -> str:
 class Chart:
     """A field between two axes, and what is drawn in it."""
 
-    x: Axis
-    y: Axis
+    x: ChartAxis
+    y: ChartAxis
     title: str = ""
     width: float = WIDTH
     height: float = HEIGHT

@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from .chart import Axis, legend
+from .chart import ChartAxis, legend
 from .told import angle
 
-VIEW = Axis(-90.0, 90.0, "viewing angle θₒ [°]", angle=True, ticks=range(-90, 91, 30))
-INCIDENT = Axis(0.0, 90.0, "angle of incidence θᵢ [°]", angle=True, ticks=range(0, 91, 15))
+VIEW = ChartAxis(-90.0, 90.0, "viewing angle θₒ [°]", angle=True, ticks=range(-90, 91, 30))
+INCIDENT = ChartAxis(0.0, 90.0, "angle of incidence θᵢ [°]", angle=True, ticks=range(0, 91, 15))
 
 DENSE = 45
 """Measured values of a slice from which on their points are small."""
 
 
-class Row:
+class SliceArrays:
     """A slice as arrays."""
 
     def __init__(self, row: dict[str, Any]):

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from . import chart
-from .chart import Axis, Chart, figure, fitting, legend, written
-from .drawing import DENSE, INCIDENT, VIEW, Row, f_label, of_incidence, step
+from .chart import Chart, ChartAxis, figure, fitting, legend, written
+from .drawing import DENSE, INCIDENT, VIEW, SliceArrays, f_label, of_incidence, step
 from .encoded import heat_image
 from .polar import Polar
 from .told import angle
@@ -22,7 +22,7 @@ TICKS = (0, 2, 10, 30, 60, 90)
 
 def of_slices(given: Sequence[dict[str, Any]], unit: str, title: str, across: bool = False) -> str:
     """Slices of one material against the viewing angle: a curve for each angle of incidence."""
-    rows = [Row(row) for row in given]
+    rows = [SliceArrays(row) for row in given]
     drawn = Chart(VIEW, fitting(np.concatenate([r.all for r in rows]), f_label(unit)), title)
     _draw(drawn, rows)
     for k, row in enumerate(rows):
@@ -38,7 +38,7 @@ def of_slices(given: Sequence[dict[str, Any]], unit: str, title: str, across: bo
 
 def of_polar(given: Sequence[dict[str, Any]], through: Sequence[dict[str, Any]], title: str) -> str:
     """The same with the viewing angle around."""
-    rows, below = [Row(row) for row in given], [Row(row) for row in through]
+    rows, below = [SliceArrays(row) for row in given], [SliceArrays(row) for row in through]
     drawn = Polar(*_ends(fitting(np.concatenate([r.all for r in [*rows, *below]]), "")), title, bool(below))
     _draw(drawn, rows, below)
     for k, row in enumerate(rows):
@@ -54,7 +54,7 @@ def of_polar(given: Sequence[dict[str, Any]], through: Sequence[dict[str, Any]],
     return figure(drawn.svg(), caption, of_incidence([row.theta for row in rows]))
 
 
-def _draw(drawn: Chart | Polar, rows: Sequence[Row], below: Sequence[Row] = ()) -> None:
+def _draw(drawn: Chart | Polar, rows: Sequence[SliceArrays], below: Sequence[SliceArrays] = ()) -> None:
     """What is behind curves: where there are no data; words where there is no curve."""
     views = rows[0].views
     for start, stop in chart.gaps(views, [np.interp(views, r.views, r.f) for r in rows], 4.0):
@@ -64,14 +64,14 @@ def _draw(drawn: Chart | Polar, rows: Sequence[Row], below: Sequence[Row] = ()) 
         drawn.words("f = 0 away from the mirror direction" if is_known else "no data in this plane")
 
 
-def _ends(axis: Axis) -> tuple[float, float]:
+def _ends(axis: ChartAxis) -> tuple[float, float]:
     """Powers of ten in the middle and at the rim of a half circle."""
     if axis.log:
         return math.log10(axis.low) - 0.15, math.log10(axis.high)
     return math.log10(max(axis.high, 1e-30)) - 1.2, math.log10(max(axis.high, 1e-30)) + 0.05
 
 
-def _caption(title: str, rows: Sequence[Row], across: bool) -> str:
+def _caption(title: str, rows: Sequence[SliceArrays], across: bool) -> str:
     parts = [title + "."] + ([] if across else ["Ticks: mirror directions."])
     if any(row.measured is not None for row in rows):
         bars = any(row.measured is not None and row.measured[2] is not None for row in rows)
@@ -84,7 +84,7 @@ def of_half_difference(given: dict[str, Any], unit: str) -> str:
     f = np.array(given["f"], float)
     positive = f[np.isfinite(f) & (f > 0.0)]
     ticks = (0.0, 30.0, 60.0, 90.0)
-    drawn = Chart(Axis(0.0, math.sqrt(90.0)), Axis(0.0, 90.0), "f by half and difference angle")
+    drawn = Chart(ChartAxis(0.0, math.sqrt(90.0)), ChartAxis(0.0, 90.0), "f by half and difference angle")
     low, high = (0.0, 1.0)
     if positive.size:
         low, high = (float(x) for x in np.quantile(positive, [0.005, 0.99]))
@@ -121,7 +121,7 @@ def of_albedo(one: dict[str, Any]) -> str:
     shown = table["shown"] if values.shape[1] <= 4 else [table["shown"][k] for k in (0, len(table["shown"]) // 2, -1)]
     bars = np.array(table["total"], float) if "total" in table else None
     top = float(np.nanmax(values, initial=0.0))
-    drawn = Chart(INCIDENT, Axis(0.0, max(1.0, 1.08 * top), "albedo"), "Albedo against the angle of incidence")
+    drawn = Chart(INCIDENT, ChartAxis(0.0, max(1.0, 1.08 * top), "albedo"), "Albedo against the angle of incidence")
     low, high = one["albedo"]["low"], one["albedo"]["high"]
     for start, stop in ((0.0, low), (high, 90.0)):
         if stop - start > 1.0:
@@ -145,7 +145,7 @@ def of_albedo(one: dict[str, Any]) -> str:
 
 def of_fate(given: dict[str, Any], unit: str) -> str:
     """What becomes of light, as stacked shares."""
-    drawn = Chart(INCIDENT, Axis(0.0, 1.0, "share of the light"), "What becomes of light")
+    drawn = Chart(INCIDENT, ChartAxis(0.0, 1.0, "share of the light"), "What becomes of light")
     theta, low = np.array(given["theta_i"]), np.zeros(len(given["theta_i"]))
     entries = []
     for kind, name in (("q0", "reflected"), ("q2", "transmitted"), ("q4", "absorbed")):
@@ -161,7 +161,7 @@ def of_fate(given: dict[str, Any], unit: str) -> str:
 
 def of_polarization(rows: Sequence[dict[str, Any]]) -> str:
     """The degree of linear polarization in the plane of incidence."""
-    drawn = Chart(VIEW, Axis(0.0, 1.0, "degree of linear polarization"), "Degree of linear polarization")
+    drawn = Chart(VIEW, ChartAxis(0.0, 1.0, "degree of linear polarization"), "Degree of linear polarization")
     for k, row in enumerate(rows):
         drawn.line(row["views"], np.array(row["degree"], float), step(k, len(rows)))
         drawn.tick(row["theta_i"], step(k, len(rows)))
@@ -175,8 +175,8 @@ def of_spectrum(given: dict[str, Any]) -> str:
     wide = max(x[-1] - x[0], 1.0)
     top = float(np.nanmax(values, initial=0.0))
     drawn = Chart(
-        Axis(x[0] - 0.02 * wide, x[-1] + 0.02 * wide, "wavelength [nm]"),
-        Axis(0.0, max(1.0, 1.08 * top), "albedo"),
+        ChartAxis(x[0] - 0.02 * wide, x[-1] + 0.02 * wide, "wavelength [nm]"),
+        ChartAxis(0.0, max(1.0, 1.08 * top), "albedo"),
         "Spectrum",
     )
     drawn.level(1.0)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .chart import Axis, angle_tick, framed, number, path, written
+from .chart import ChartAxis, angle_tick, framed, number, path, written
 
 
 @dataclass
@@ -84,7 +84,7 @@ class Polar:
         decades = list(range(math.ceil(self.low + 1e-6), math.floor(self.high + 1e-6) + 1))
         numbers = [10.0**d for d in decades[:: max(1, -(-len(decades) // 4))]]
         if len(numbers) < 2:
-            numbers = Axis(10.0**self.low, 10.0**self.high, log=True).numbers()
+            numbers = ChartAxis(10.0**self.low, 10.0**self.high, log=True).numbers()
         numbers = [v for v in numbers if math.log10(v) > self.low + 0.08 * (self.high - self.low)]
         for r, kind in [*((float(self.radius(v)), "grid") for v in numbers), (self.RADIUS, "rim")]:
             parts.append(_arc(x, y, r, kind, whole=self.through))
