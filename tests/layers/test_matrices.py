@@ -11,9 +11,9 @@ from places import real
 import gonio as gn
 from gonio.layers import adding, facets, interfaces, media
 from gonio.layers.base import LEAST, NodePairs, _series
-from gonio.layers.grid import Grid, grid
+from gonio.layers.grid import NodeGrid, grid
 
-TWO_FLUX = Grid(np.array([0.75]), np.array([0.5]), ((1.0, 1),))
+TWO_FLUX = NodeGrid(np.array([0.75]), np.array([0.5]), ((1.0, 1),))
 """One node, at cosine 1/2, with the etendue of the whole hemisphere."""
 
 

@@ -19,7 +19,7 @@ from ..evaluate.tracing import Task
 from ..formula.fields import channels, table
 from ..formula.parametrised import Parametrised
 from ..formula.state import state
-from ..formula.texture import TexelGrid, Texture, checked_places
+from ..formula.texture import Grid, Texture, checked_places
 from . import kernels
 
 M = TypeVar("M", bound=Parametrised)
@@ -35,7 +35,7 @@ class _Lookup(Parametrised):
     together = table("numbers of all channels of the texels")
     number = channels("number of the channel")
     path: str = state("")
-    grid: TexelGrid = state(None)
+    grid: Grid = state(None)
 
     def __init__(self, path: str, texture: Texture, merge: str):
         self._hold(path=path, grid=texture.grid)

@@ -23,7 +23,7 @@ MOST = 1 << 27
 """The most pixels of a file that is read as a texture: 16384 x 8192."""
 
 
-class TexelGrid(NamedTuple):
+class Grid(NamedTuple):
     """How texels are looked up: their rows, columns and channels, and what happens between them and outside."""
 
     rows: int
@@ -138,7 +138,7 @@ class Texture:
         return int(self.texels.shape[2])
 
     @property
-    def grid(self) -> TexelGrid:
+    def grid(self) -> Grid:
         """How it is looked up.
 
         Example
@@ -146,7 +146,7 @@ class Texture:
         Grid(rows=1, columns=2, channels=1, filter='bilinear', wrap='repeat')
         """
         rows, columns, channels = map(int, self.texels.shape)
-        return TexelGrid(rows, columns, channels, self.filter, self.wrap)
+        return Grid(rows, columns, channels, self.filter, self.wrap)
 
     @property
     def is_fixed(self) -> bool:
@@ -210,7 +210,7 @@ class Texture:
         return ops.take(table, texel * self.channels + channel)
 
     def table(self, merge: str | None = None) -> Fixed:
-        """The texels as lookups have them: padded, see `TexelGrid.padded`, and flat. `merge`: of each texel one number,
+        """The texels as lookups have them: padded, see `Grid.padded`, and flat. `merge`: of each texel one number,
         the "mean", "max" or "min" of its channels, which sampling uses.
 
         Example

@@ -11,7 +11,7 @@ import numpy as np
 from ..base import kernels
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
-from .grid import Grid
+from .grid import NodeGrid
 from .interfaces import classes, poles, turns
 
 STEP = 1e-20
@@ -25,7 +25,7 @@ LEAST = 2.0**-4
 
 
 def reflected(
-    base: Reflectance, grid: Grid, n: complex, by: str | None = None
+    base: Reflectance, grid: NodeGrid, n: complex, by: str | None = None
 ) -> tuple[Callable[[range], np.ndarray], np.ndarray]:
     """Matrices (C, orders, nodes, nodes), of such orders, of f in a medium of index n; and the reflectances (C, nodes)
     of delta lobes.

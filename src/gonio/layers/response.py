@@ -12,7 +12,7 @@ from ..compile.threads import share, threads
 from ..numerics.one_thread import one_thread
 from . import interfaces, media
 from .adding import Matrices, added, even, under_smooth
-from .grid import SAME, Grid, grid
+from .grid import SAME, NodeGrid, grid
 
 CHUNKS = (12, 32, 56, 80, 108, 136, 160, 184, 208, 232, 256)
 CHUNKS_OF_ROUGH = (12, 32, 80, 160, 256)
@@ -57,7 +57,7 @@ class Scatterers(NamedTuple):
 
 
 Part = Smooth | Rough | Scatterers
-Base = Callable[[Grid, complex], tuple[Callable[[range], np.ndarray], np.ndarray]]
+Base = Callable[[NodeGrid, complex], tuple[Callable[[range], np.ndarray], np.ndarray]]
 """Matrices (orders, nodes, nodes) of orders, and delta reflectances (nodes), of what lies below, in a medium of this
 index."""
 
@@ -74,7 +74,7 @@ class Response(NamedTuple):
     """What a stack does, all but the closed forms: reflection; over nothing also that from behind, and transmission,
     by the direction in front and that behind. `media`: the number of the first medium that each panel ends with."""
 
-    grid: Grid
+    grid: NodeGrid
     blocks: tuple[FourierBlock, ...]
     media: tuple[int, ...]
 
@@ -168,7 +168,7 @@ def _real(numbers: Sequence[complex]) -> list[complex]:
 
 
 def _shared(
-    layers: Sequence[_Makes], below: _Below | None, grid: Grid, whole: Sequence[complex], orders: range, rough: bool
+    layers: Sequence[_Makes], below: _Below | None, grid: NodeGrid, whole: Sequence[complex], orders: range, rough: bool
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """The same as `_rest`, on all threads; `rough`: there are facets, which take them themselves."""
     base = None if below is None else (below[0](orders), below[1])
@@ -190,7 +190,7 @@ def _shared(
 def _rest(
     layers: Sequence[_Makes],
     base: tuple[np.ndarray, np.ndarray] | None,
-    grid: Grid,
+    grid: NodeGrid,
     whole: Sequence[complex],
     orders: range,
 ) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -241,7 +241,7 @@ _Makes = Callable[[range], _LayerMatrices]
 _Below = tuple[Callable[[range], np.ndarray], np.ndarray]
 
 
-def _layers(parts: Sequence[Part], grid: Grid, whole: Sequence[complex], tolerance: float) -> list[_Makes]:
+def _layers(parts: Sequence[Part], grid: NodeGrid, whole: Sequence[complex], tolerance: float) -> list[_Makes]:
     """What makes each layer, of some orders, from the top down."""
     n, found = iter(whole), list[_Makes]()
     at = next(n)
@@ -252,7 +252,7 @@ def _layers(parts: Sequence[Part], grid: Grid, whole: Sequence[complex], toleran
     return found
 
 
-def _medium(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
+def _medium(part: Any, grid: NodeGrid, upper: complex, at: complex, tolerance: float) -> _Makes:
     medium = _real(part)
     none = nothing(grid.count(at), through=0.0)
 
@@ -264,7 +264,7 @@ def _medium(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float
     return makes
 
 
-def _smooth(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
+def _smooth(part: Any, grid: NodeGrid, upper: complex, at: complex, tolerance: float) -> _Makes:
     a, b = grid.count(upper), grid.count(at)
     whole = interfaces.smooth_matrices(grid, upper, at)
     straight = 1.0 - interfaces.smooth(grid, upper, at)[0][: min(a, b)]
@@ -272,7 +272,7 @@ def _smooth(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float
     return lambda orders: layer
 
 
-def _rough(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
+def _rough(part: Any, grid: NodeGrid, upper: complex, at: complex, tolerance: float) -> _Makes:
     a, b = grid.count(upper), grid.count(at)
     makes = interfaces.rough(grid, upper, at, part.alpha if part.alpha.imag else part.alpha.real, part.kept)
     none = nothing(a, b, through=0.0)
