@@ -116,16 +116,16 @@ TINY = """
 import math
 from ..base.reflectance import Reflectance
 from ..tables.gridded import Gridded
-from ._layout import CHANNEL, Axis, Layout
-from ._optical.angle_tables import Asked, Step, tabulated
+from ._layout import CHANNEL, FileAxis, Layout
+from ._optical.angle_tables import GridRequest, Step, tabulated
 from ._reading import plain_text
 
 NAME, SUFFIXES, DESCRIPTION, ORACLE = "tiny", (".tiny",), "made up", "nothing"
 LAYOUT = Layout("angles", {
-    "turn": Axis("phi", 180.0, around=True, usual=lambda usual: usual.circle),
-    "in": Axis("theta_i", usual=lambda usual: usual.theta_i),
+    "turn": FileAxis("phi", 180.0, around=True, usual=lambda usual: usual.circle),
+    "in": FileAxis("theta_i", usual=lambda usual: usual.theta_i),
     "channel": CHANNEL,
-    "out": Axis("theta_o", usual=lambda usual: usual.theta_o),
+    "out": FileAxis("theta_o", usual=lambda usual: usual.theta_o),
 })
 
 def matches(head, size):
@@ -141,7 +141,7 @@ def read(path) -> Gridded:
     return Gridded(LAYOUT.system, axes, f[..., 0], mirrored=mirrored, path=str(path))
 
 def write(m: Reflectance, path, step: Step = None) -> None:
-    angles, values = LAYOUT.written(*tabulated(LAYOUT, m, Asked({}, step, None)))
+    angles, values = LAYOUT.written(*tabulated(LAYOUT, m, GridRequest({}, step, None)))
     rows = [*angles.values(), *values.reshape(-1, values.shape[3])]
     plain_text.write(path, ["TINY\\n"], [list(row) for row in rows])
 """
