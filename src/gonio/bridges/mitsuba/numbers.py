@@ -68,7 +68,7 @@ def numbers(mi: Any, m: Reflectance) -> list[MitsubaNumber]:
     """
     import drjit as dr
 
-    found: list[MitsubaNumber] = []
+    listed: list[MitsubaNumber] = []
     for (path, field, _, owner), leaf in zip(m._numbers(), content(m).leaves, strict=True):
         array = np.asarray(leaf.numbers if isinstance(leaf, Fixed) else leaf, dtype=float)
         if array.ndim > 1:
@@ -77,13 +77,13 @@ def numbers(mi: Any, m: Reflectance) -> list[MitsubaNumber]:
                 f"or one per channel: Mitsuba's own `blendbsdf` takes a texture as the weight of two materials"
             )
         name = path.replace(".", "_") if isinstance(field, Param) else ""
-        if name and name in {other.name for other in found}:
+        if name and name in {other.name for other in listed}:
             raise ParameterError(f"mitsuba.bsdf: two parameters would be called {name!r} in Mitsuba")
         flat = array.reshape(-1)
         value = mi.Color3f(*flat.tolist()) if flat.size == 3 else mi.Float(flat.tolist())
         dr.make_opaque(value)
-        found.append(MitsubaNumber(name, field, value, flat.size))
-    return found
+        listed.append(MitsubaNumber(name, field, value, flat.size))
+    return listed
 
 
 def tables(mi: Any, m: Reflectance) -> list[Any]:
@@ -95,8 +95,8 @@ def tables(mi: Any, m: Reflectance) -> list[Any]:
     return flat
 
 
-def _flat(table: np.ndarray, kind: type) -> Any:
-    return kind(np.ascontiguousarray(table, np.float32).reshape(-1))
+def _flat(table: np.ndarray, array_type: type) -> Any:
+    return array_type(np.ascontiguousarray(table, np.float32).reshape(-1))
 
 
 def parameters(held: list[MitsubaNumber]) -> Iterator[MitsubaNumber]:

@@ -101,10 +101,10 @@ def _flags_of(mi: Any, m: Reflectance) -> list[int]:
     kinds: dict[int, int] = {}
     for back, side in ((False, mi.BSDFFlags.FrontSide), (True, mi.BSDFFlags.BackSide)):
         for lobe in _lobes(m, back):
-            kind = _kind(mi, lobe, m)
-            kinds[kind] = kinds.get(kind, 0) | int(side)
+            flag = _kind(mi, lobe, m)
+            kinds[flag] = kinds.get(flag, 0) | int(side)
     common = int(mi.BSDFFlags.Anisotropic) if m.is_oriented() else 0
-    return [kind | sides | common for kind, sides in kinds.items()]
+    return [flag | sides | common for flag, sides in kinds.items()]
 
 
 def _kind(mi: Any, lobe: Reflectance, m: Reflectance) -> int:

@@ -212,13 +212,13 @@ class SourceWriter:
         """Comments: what the text is, the formulas and their sources, what can be called."""
         words = [f"{', '.join(functions)} of a material, in {self.language.title}, by gonio {__version__}."]
         words += textwrap.wrap(repr(self.m), 116, max_lines=4, placeholder=" ...", break_long_words=True)
-        for kind in _classes(self.m):
+        for cls in _classes(self.m):
             parts = discover.labelled(
-                discover.docstring(kind), ("Looks", "Shapes", "Units", "Error", "Source", "Example")
+                discover.docstring(cls), ("Looks", "Shapes", "Units", "Error", "Source", "Example")
             )
             formula = parts[""].split("\n\n")[0].splitlines()
             cited = " ".join(parts.get("Source", "").split())
-            words += ["", *(f"{kind.__name__}: {line}" if i == 0 else line for i, line in enumerate(formula))]
+            words += ["", *(f"{cls.__name__}: {line}" if i == 0 else line for i, line in enumerate(formula))]
             words += textwrap.wrap(f"Source: {cited}", 116) if cited else []
         words += ["", "Directions are unit vectors that leave the surface, in its frame: z is the normal."]
         if self.as_arguments and self.read:
@@ -234,11 +234,11 @@ class SourceWriter:
 
 def _classes(m: Parametrised) -> list[type]:
     """The classes of a material and of its parts, each once, without those that only add and weigh."""
-    found: dict[type, None] = {}
+    classes: dict[type, None] = {}
     for value in (m, *(owner for _, _, _, owner in m.walk())):
         if not isinstance(value, (Sum, Scaled)):
-            found.setdefault(type(value))
-    return list(found)
+            classes.setdefault(type(value))
+    return list(classes)
 
 
 def _width(value: Any) -> int:
