@@ -61,8 +61,8 @@ class _Gonio(CommandGroup):
             return super().resolve_command(ctx, args)
         except click.exceptions.NoSuchCommand as error:
             functions = [name.replace("_", "-") for name in public("__all__") if function_of(name)]
-            known = [*self.commands, *functions]
-            raise click.exceptions.NoSuchCommand(error.command_name, possibilities=known, ctx=ctx) from None
+            names = [*self.commands, *functions]
+            raise click.exceptions.NoSuchCommand(error.command_name, possibilities=names, ctx=ctx) from None
 
 
 @click.group(name="gonio", cls=_Gonio, invoke_without_command=True, context_settings=_SETTINGS)

@@ -44,7 +44,9 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
     "--plot", metavar="FILE", type=click.Path(path_type=Path), help="Figure to write: .png, .jpg, .pdf or .svg."
 )
 @options.json_option
-def fit(material: str, model: str, models: str | None, output: Path | None, asked: TypedArguments, **own: Any) -> None:
+def fit(
+    material: str, model: str, models: str | None, output: Path | None, asked: TypedArguments, **settings: Any
+) -> None:
     """Fit a model to MATERIAL: its numbers with standard errors, how well it agrees, and where it does not.
 
     Of a folder of measurements every file is fitted, to a table: -o fits.parquet or fits.csv. A Zarr store with f,
@@ -72,7 +74,7 @@ def fit(material: str, model: str, models: str | None, output: Path | None, aske
             _fit_folder(material, models or [model], output, asked.of("fit_many"))
         return
     asked.refuse_others(*(("of one material", "fit") if models is None else ("beside --select", "select_model")))
-    plot: Path | None = own["plot"]
+    plot: Path | None = settings["plot"]
     if plot is not None:
         from ..figures._drawing import check_target
 
@@ -83,22 +85,22 @@ def fit(material: str, model: str, models: str | None, output: Path | None, aske
     if models is not None:
         with bar("fitting") as progress:
             selection = asked.call("select_model", data, models, progress=progress)
-        found = selection.best.fit
-        assert found is not None  # the best one has a fit
+        result = selection.best.fit
+        assert result is not None  # the best one has a fit
     else:
-        found = asked.call("fit", data, expression(model, files=True))
+        result = asked.call("fit", data, expression(model, files=True))
     if output is not None:
-        save(found.model, output)
+        save(result.model, output)
     if plot is not None:
         from ..figures import fit as draw
 
-        draw(found, plot)
-    if own["as_json"]:
-        print_json(found.to_json() if models is None else selection.to_json())
+        draw(result, plot)
+    if settings["as_json"]:
+        print_json(result.to_json() if models is None else selection.to_json())
         return
     if models is not None:
         say(f"{selection}\n")
-    say(found.report())
+    say(result.report())
     written = [str(path) for path in (output, plot) if path is not None]
     say(f"{', '.join(written)}{': ' if written else ''}{since(start)}")
 
@@ -132,8 +134,8 @@ def _fit_map(store: str, model: Any, output: Path, how: dict[str, Any]) -> None:
     if missing:
         raise FormatError(f"{store}: holds no {listed(missing)}; expected f, wi and wo with an axis observation")
     with bar("fitting") as progress:
-        found = fit_map_chunks(
+        maps = fit_map_chunks(
             data["wi"], data["wo"], data["f"], model, u=data.get("u"), output=output, progress=progress, **how
         )
-    flagged = int((found["flags"] > 0).sum())
-    say(f"{output}: {found['flags'].size} texels, {flagged} of them flagged, {since(start)}")
+    flagged = int((maps["flags"] > 0).sum())
+    say(f"{output}: {maps['flags'].size} texels, {flagged} of them flagged, {since(start)}")

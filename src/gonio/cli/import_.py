@@ -145,10 +145,10 @@ def _listed(angles: np.ndarray) -> str:
 
 def _measurement(m: Any) -> str:
     grid = " x ".join(f"{len(nodes)} {name}" for name, nodes in m.axes.items())
-    kind = f"{len(m.rows)} pairs of directions in no grid" if hasattr(m, "rows") else f"a grid of {grid}"
+    layout = f"{len(m.rows)} pairs of directions in no grid" if hasattr(m, "rows") else f"a grid of {grid}"
     names = [f"{name:g} nm" if isinstance(name, float) else str(name) for name in m.channel_names or ()]
     channels = f", channels {', '.join(names)}" if 0 < len(names) <= 4 else f", {len(names)} channels" if names else ""
-    return f"{kind}{channels}, {'with standard uncertainties' if m.uncertainty is not None else 'no uncertainty'}"
+    return f"{layout}{channels}, {'with standard uncertainties' if m.uncertainty is not None else 'no uncertainty'}"
 
 
 def as_text(title: str, table_: Understood, facts: dict[str, str], wrong: Sequence[str]) -> str:

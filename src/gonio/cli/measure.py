@@ -63,8 +63,8 @@ def surface_of(text: str) -> Any:
     """The surface of an expression such as gaussian(0.3, size=256): a function of `gn.surfaces` and plain values."""
     surfaces = public("surfaces")
 
-    known = [name for name in surfaces.__all__ if name[0].islower() and name != "from_map"]
-    expected = f'a height map, or one of {", ".join(known)}, such as "gaussian(0.3)"'
+    makers = [name for name in surfaces.__all__ if name[0].islower() and name != "from_map"]
+    expected = f'a height map, or one of {", ".join(makers)}, such as "gaussian(0.3)"'
     try:
         call = ast.parse(text.strip(), mode="eval").body
         named = call.func if isinstance(call, ast.Call) else call
@@ -73,8 +73,8 @@ def surface_of(text: str) -> Any:
         keywords = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords} if isinstance(call, ast.Call) else {}
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExpressionError(f"{text!r:.90}: expected {expected}") from None
-    if name not in known:
-        raise NotFoundError(f"{text!r:.90}: no such file or surface{suggestion(name, known)}; expected {expected}")
+    if name not in makers:
+        raise NotFoundError(f"{text!r:.90}: no such file or surface{suggestion(name, makers)}; expected {expected}")
     make = getattr(surfaces, name)
     signature = inspect.signature(make)
     try:

@@ -44,14 +44,14 @@ def reconstruct(file: Path | None, output: Path | None, as_json: bool, asked: Ty
     elif output is not None:
         target(writer(output, **asked.of("save")), output)
     basis = asked.call("reflectance_basis")
-    found = None if file is None else asked.call("reconstruct", str(file), basis)
-    numbers: Any = found
+    reconstructed = None if file is None else asked.call("reconstruct", str(file), basis)
+    numbers: Any = reconstructed
     if "n" in planned:
-        numbers = asked.call("plan_table", basis=basis, goniometer=asked.call("Goniometer"), measured=found)
+        numbers = asked.call("plan_table", basis=basis, goniometer=asked.call("Goniometer"), measured=reconstructed)
         if output is not None:
             numbers.save(output)
-    elif found is not None and output is not None:
-        save(found.reflectance, output, **asked.of("save"))
+    elif reconstructed is not None and output is not None:
+        save(reconstructed.reflectance, output, **asked.of("save"))
     if as_json:
         print_json(numbers.to_json())
         return

@@ -166,8 +166,8 @@ def _announced_warnings() -> Iterator[None]:
         _say(f"gonio: warning: {_one_line(str(message))}")
 
     with warnings.catch_warnings():
-        for kind in (MissingDataWarning, LeftOutWarning):
-            warnings.simplefilter("default", kind)
+        for category in (MissingDataWarning, LeftOutWarning):
+            warnings.simplefilter("default", category)
         warnings.showwarning = show
         yield
 
