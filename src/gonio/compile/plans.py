@@ -181,8 +181,10 @@ def renewed(
     return plan._replace(block=partial(type(block).from_buffer_copy, block), ready=[], keeper=(arrays, tables))
 
 
-def carry_out(plan: KernelPlan, inputs: Sequence[np.ndarray], given: Sequence[np.ndarray] = ()) -> list[np.ndarray]:
-    """The results of a plan for these arrays; `given` are those that take the first."""
+def carry_out(
+    plan: KernelPlan, inputs: Sequence[np.ndarray], destinations: Sequence[np.ndarray] = ()
+) -> list[np.ndarray]:
+    """The results of a plan for these arrays; `destinations` are those that take the first."""
     count = _crew(plan.work) if plan.work >= PARALLEL else 1
     try:
         arguments = plan.ready.pop()
@@ -193,9 +195,9 @@ def carry_out(plan: KernelPlan, inputs: Sequence[np.ndarray], given: Sequence[np
     for word, k in plan.inputs:
         block[word] = _address(inputs[k])
     results, outputs = [], plan.outputs
-    if given:
-        results, outputs = [*given], outputs[len(given) :]
-        for result, (word, *_) in zip(given, plan.outputs, strict=False):
+    if destinations:
+        results, outputs = [*destinations], outputs[len(destinations) :]
+        for result, (word, *_) in zip(destinations, plan.outputs, strict=False):
             block[word] = _address(result)
     for word, shape, dtype, size in outputs:
         result = np.empty(shape, dtype) if size < memory.SMALL else memory.empty(shape, dtype)

@@ -141,23 +141,23 @@ class Access:
     def side_by_side(self, base: str, start: int, count: int, left: int) -> IRValue:
         """So many numbers from the start-th after an address on; `left`: how many each element has of which only those
         within the row are read."""
-        kind, address = f"<{count} x {self.real}>", self.beyond(base, start * self.size)
+        vector, address = f"<{count} x {self.real}>", self.beyond(base, start * self.size)
         if not left:
-            return self.v.emit("real", f"load {kind}, ptr {address}, align 1")
+            return self.v.emit("real", f"load {vector}, ptr {address}, align 1")
         if (left, start, count) not in self.masks:
             self.masks[left, start, count] = self.places_left(left, start, count)
         mask, suffix = self.masks[left, start, count], f"v{count}{'f32' if self.real == 'float' else 'f64'}"
-        arguments = ("ptr", address), ("i32", "1"), (f"<{count} x i1>", mask), (kind, "zeroinitializer")
-        return self.v.emit("real", self.v.intrinsic(f"masked.load.{suffix}.p0", kind, *arguments))
+        arguments = ("ptr", address), ("i32", "1"), (f"<{count} x i1>", mask), (vector, "zeroinitializer")
+        return self.v.emit("real", self.v.intrinsic(f"masked.load.{suffix}.p0", vector, *arguments))
 
     def places_left(self, width: int, start: int, count: int) -> str:
         """A mask of places that are within the row: so many, from a start on, of vectors of this width."""
-        name, kind = self.v.name(), f"<{count} x i32>"
+        name, vector = self.v.name(), f"<{count} x i32>"
         self.v.write(f"{name}.end = mul i32 %left.short, {width}")
-        self.v.write(f"{name}.some = insertelement {kind} poison, i32 {name}.end, i64 0")
-        self.v.write(f"{name}.all = shufflevector {kind} {name}.some, {kind} poison, {kind} zeroinitializer")
+        self.v.write(f"{name}.some = insertelement {vector} poison, i32 {name}.end, i64 0")
+        self.v.write(f"{name}.all = shufflevector {vector} {name}.some, {vector} poison, {vector} zeroinitializer")
         places = ", ".join(f"i32 {start + i}" for i in range(count))
-        self.v.write(f"{name} = icmp ult {kind} <{places}>, {name}.all")
+        self.v.write(f"{name} = icmp ult {vector} <{places}>, {name}.all")
         return name
 
     def blended_loads(self, base: str, n: int, components: Sequence[int], left: bool) -> list[IRValue]:
@@ -176,10 +176,10 @@ class Access:
 
     def structured_loads(self, base: str, n: int, components: Sequence[int]) -> list[IRValue]:
         """`packed_loads` in the form that LLVM knows as ARM's loads of structures."""
-        w, kind = self.v.register, f"<{n * self.v.register} x {self.real}>"
+        w, vector = self.v.register, f"<{n * self.v.register} x {self.real}>"
         pieces: dict[int, list[IRValue]] = {c: [] for c in components}
         for start in range(0, n * self.width, n * w):
-            whole = self.v.emit("real", f"load {kind}, ptr {self.beyond(base, start * self.size)}, align 1")
+            whole = self.v.emit("real", f"load {vector}, ptr {self.beyond(base, start * self.size)}, align 1")
             for c in components:
                 pieces[c].append(self.v.shuffle(whole, IRValue("real", "poison"), n * w, range(c, n * w, n)))
         return [self.v.joined(pieces[c], w) for c in components]
@@ -224,13 +224,13 @@ class Access:
         Gathers would do both at once, but compilers take them apart, number by number.
         """
         components = [self.program.graph.arguments[node][1] for node in members]
-        end, inside, found = self.moved(self.v.name(), f"%r{k}", "%final", f"%p{k}.s1"), IRValue("mask", "%inside"), []
+        end, inside, loads = self.moved(self.v.name(), f"%r{k}", "%final", f"%p{k}.s1"), IRValue("mask", "%inside"), []
         for value, c in zip(self.packed_loads(k, components, left=True), components, strict=True):
             address, name = self.component(end, k, c), self.v.name()
             self.v.write(f"{name}.s = load {self.real}, ptr {address}, align 1")
             last = IRValue("real", self.v.spread(name, self.real, f"{name}.s"))
-            found.append(self.v.select(inside, value, last))
-        return found
+            loads.append(self.v.select(inside, value, last))
+        return loads
 
     def part_load(self, node: int) -> IRValue:
         """A component of the elements that are left of a row; where they lie side by side, by one masked load."""
@@ -238,9 +238,9 @@ class Access:
         array = self.program.arrays[k]
         if array.layout != PLANES and not (array.layout == PACKED and array.width == 1):
             return self.gathered(node, "%lanes")
-        kind, address = self.v.types["real"], self.component(self.offset(k), k, c)
-        arguments = ("ptr", address), ("i32", "1"), (f"<{self.width} x i1>", "%inside"), (kind, "zeroinitializer")
-        return self.v.emit("real", self.v.intrinsic(f"masked.load.{self.v.suffix}.p0", kind, *arguments))
+        vector, address = self.v.types["real"], self.component(self.offset(k), k, c)
+        arguments = ("ptr", address), ("i32", "1"), (f"<{self.width} x i1>", "%inside"), (vector, "zeroinitializer")
+        return self.v.emit("real", self.v.intrinsic(f"masked.load.{self.v.suffix}.p0", vector, *arguments))
 
     def gathered(self, node: int, lanes: str) -> IRValue:
         """A component of elements j + lanes, one by one."""
@@ -253,11 +253,11 @@ class Access:
 
     def gather(self, pointers: str, align: int, real: str) -> IRValue:
         """The numbers of a scalar type at these addresses."""
-        w, kind = self.width, f"<{self.width} x {real}>"
+        w, vector = self.width, f"<{self.width} x {real}>"
         name = f"masked.gather.v{w}{'f32' if real == 'float' else 'f64'}.v{w}p0"
         mask = (f"<{w} x i1>", "splat (i1 true)")
-        arguments = (f"<{w} x ptr>", pointers), ("i32", str(align)), mask, (kind, "poison")
-        return self.v.emit("real", self.v.intrinsic(name, kind, *arguments))
+        arguments = (f"<{w} x ptr>", pointers), ("i32", str(align)), mask, (vector, "poison")
+        return self.v.emit("real", self.v.intrinsic(name, vector, *arguments))
 
     def remaining(self) -> None:
         """A mask of the lanes within the row, and an element for each lane: its own, or the row's last."""

@@ -248,8 +248,8 @@ class _Writer:
         v.write(f"br label %{end}")
         self.into(end)
         for state, n in zip(states, after, strict=True):
-            kind, new = v.types[state.kind], self.values[n].name
-            v.write(f"{state.name}.next = select {mask} {going.name}, {kind} {new}, {kind} {state.name}")
+            vector, new = v.types[state.kind], self.values[n].name
+            v.write(f"{state.name}.next = select {mask} {going.name}, {vector} {new}, {vector} {state.name}")
         v.write(f"{going.name}.next = and {mask} {going.name}, {self.values[go_on].name}")
         some = v.intrinsic(f"vector.reduce.or.v{self.width}i1", "i1", (mask, f"{going.name}.next"))
         v.write(f"%{prefix}.some = {some}", f"br i1 %{prefix}.some, label %{step}, label %{left}")
@@ -307,16 +307,16 @@ class _Writer:
         v, function = self.v, elementary.FUNCTIONS[name]
         if self.functions is None:
             return function(v, *a)
-        kind = v.types["real"]
+        vector = v.types["real"]
         if name not in self.functions:
             outside, v.lines = v.lines, []
             inner = [IRValue("real", f"%x{i}") for i in range(len(a))]
             result = function(v, *inner)
-            signature = ", ".join(f"{kind} {x.name}" for x in inner)
-            body = "\n  ".join([*v.lines, f"ret {kind} {result.name}"])
-            self.functions[name] = f"define internal {kind} @{name}({signature}) noinline #1 {{\n  {body}\n}}\n"
+            signature = ", ".join(f"{vector} {x.name}" for x in inner)
+            body = "\n  ".join([*v.lines, f"ret {vector} {result.name}"])
+            self.functions[name] = f"define internal {vector} @{name}({signature}) noinline #1 {{\n  {body}\n}}\n"
             v.lines = outside
-        return v.emit("real", f"call {kind} @{name}({', '.join(f'{kind} {x.name}' for x in a)})")
+        return v.emit("real", f"call {vector} @{name}({', '.join(f'{vector} {x.name}' for x in a)})")
 
     def quotient(self, top: int, bottom: int) -> IRValue:
         """top / bottom: by the reciprocal where several elements share it, or where it is that of a root."""

@@ -55,21 +55,21 @@ class Lanes:
 
     def intrinsic(self, name: str, result: str, *arguments: tuple[str, str]) -> str:
         """The call of an intrinsic function of LLVM, by the type of its result, and types and values of arguments."""
-        self.declared.add(f"declare {result} @llvm.{name}({', '.join(kind for kind, _ in arguments)})")
-        return f"call {result} @llvm.{name}({', '.join(f'{kind} {value}' for kind, value in arguments)})"
+        self.declared.add(f"declare {result} @llvm.{name}({', '.join(type_name for type_name, _ in arguments)})")
+        return f"call {result} @llvm.{name}({', '.join(f'{type_name} {value}' for type_name, value in arguments)})"
 
     def spread(self, name: str, scalar: str, value: str) -> str:
         """A value of a scalar type in all lanes, under a name."""
-        kind = f"<{self.width} x {scalar}>"
-        self.write(f"{name}.some = insertelement {kind} poison, {scalar} {value}, i64 0")
-        self.write(f"{name} = shufflevector {kind} {name}.some, {kind} poison, <{self.width} x i32> zeroinitializer")
+        lanes = f"<{self.width} x {scalar}>"
+        self.write(f"{name}.some = insertelement {lanes} poison, {scalar} {value}, i64 0")
+        self.write(f"{name} = shufflevector {lanes} {name}.some, {lanes} poison, <{self.width} x i32> zeroinitializer")
         return name
 
     def shuffle(self, a: IRValue, b: IRValue, width: int, picks: Iterable[int | str]) -> IRValue:
         """Lanes of two reals of `width` lanes, numbered one behind the other; "poison" for any."""
-        kind, listed = f"<{width} x {self.scalar['real']}>", [f"i32 {i}" for i in picks]
+        vector, listed = f"<{width} x {self.scalar['real']}>", [f"i32 {i}" for i in picks]
         shape = f"<{len(listed)} x i32> <{', '.join(listed)}>"
-        return self.emit("real", f"shufflevector {kind} {a.name}, {kind} {b.name}, {shape}")
+        return self.emit("real", f"shufflevector {vector} {a.name}, {vector} {b.name}, {shape}")
 
     def joined(self, parts: Sequence[IRValue], width: int) -> IRValue:
         """Reals of `width` lanes, one behind the other."""
@@ -163,11 +163,11 @@ class Lanes:
         if self.width % once:
             return self.div(self.real(1.0), self.call("sqrt", a))
         suffix, mask = ("ps", "i16") if self.dtype == FLOAT32 else ("pd", "i8")
-        name, kind = f"x86.avx512.rsqrt14.{suffix}.512", f"<{once} x {self.scalar['real']}>"
+        name, vector = f"x86.avx512.rsqrt14.{suffix}.512", f"<{once} x {self.scalar['real']}>"
         parts = []
         for start in range(0, self.width, once):
             part = self.shuffle(a, a, self.width, range(start, start + once))
-            call = self.intrinsic(name, kind, (kind, part.name), (kind, "zeroinitializer"), (mask, "-1"))
+            call = self.intrinsic(name, vector, (vector, part.name), (vector, "zeroinitializer"), (mask, "-1"))
             parts.append(self.emit("real", call))
         return self.joined(parts, once)
 
@@ -199,8 +199,8 @@ class Lanes:
 
     def select(self, condition: IRValue, a: IRValue, b: IRValue) -> IRValue:
         """a where the condition holds, else b."""
-        kind = self.types[a.kind]
-        return self.emit(a.kind, f"select {self.types['mask']} {condition.name}, {kind} {a.name}, {kind} {b.name}")
+        vector = self.types[a.kind]
+        return self.emit(a.kind, f"select {self.types['mask']} {condition.name}, {vector} {a.name}, {vector} {b.name}")
 
     # Integers.
 

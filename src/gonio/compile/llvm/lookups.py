@@ -63,7 +63,7 @@ class Lookups:
         return self.read[run][place]
 
     def begin_step(self) -> tuple[dict[Any, Any], ...]:
-        """What has been read before the steps of a loop, for `end_step`: what is read in them is gone after them."""
+        """The lookups before the steps of a loop, for `end_step`: those within are gone after them."""
         return dict(self.read), dict(self.indices), dict(self.addresses)
 
     def end_step(self, before: tuple[dict[Any, Any], ...]) -> None:
@@ -74,14 +74,14 @@ class Lookups:
 
         That the table is as long as they are apart has been checked by `evaluate.planning`.
         """
-        v, w, kind, name = self.v, self.v.width, self.v.types["index"], (run.table, run.base)
+        v, w, vector, name = self.v, self.v.width, self.v.types["index"], (run.table, run.base)
         if name not in self.indices:
             end = IRValue("index", f"%t{run.table}.end")
             if run.most > run.least + 1:  # tables are padded by one entry
                 end = v.integer("sub", end, v.index(run.most - run.least - 1))
             if offset > run.least:
                 index = v.integer("sub", index, v.index(offset - run.least))
-            least = v.intrinsic(f"umin.v{w}i32", kind, (kind, index.name), (kind, end.name))
+            least = v.intrinsic(f"umin.v{w}i32", vector, (vector, index.name), (vector, end.name))
             self.indices[name] = v.emit("index", least)
         return self.indices[name]
 
@@ -91,13 +91,13 @@ class Lookups:
         pointers, start = v.name(), self._beyond(f"%t{run.table}", run.start - run.least)
         v.write(f"{pointers} = getelementptr {self.real}, ptr {start}, {v.types['index']} {first.name}")
         entry = self.real if run.length == 1 else "double"
-        name, kind = f"masked.gather.v{w}{'f32' if entry == 'float' else 'f64'}.v{w}p0", f"<{w} x {entry}>"
+        name, vector = f"masked.gather.v{w}{'f32' if entry == 'float' else 'f64'}.v{w}p0", f"<{w} x {entry}>"
         mask = (f"<{w} x i1>", "splat (i1 true)")
-        arguments = (f"<{w} x ptr>", pointers), ("i32", str(self.size)), mask, (kind, "poison")
-        read = v.emit("real", v.intrinsic(name, kind, *arguments))
+        arguments = (f"<{w} x ptr>", pointers), ("i32", str(self.size)), mask, (vector, "poison")
+        read = v.emit("real", v.intrinsic(name, vector, *arguments))
         if run.length == 1:
             return [read]
-        halves = v.emit("real", f"bitcast {kind} {read.name} to <{2 * w} x {self.real}>")
+        halves = v.emit("real", f"bitcast {vector} {read.name} to <{2 * w} x {self.real}>")
         return [v.shuffle(halves, IRValue("real", "poison"), 2 * w, range(k, 2 * w, 2)) for k in (0, 1)]
 
     def _together(self, index: IRValue) -> IRValue:
@@ -106,11 +106,11 @@ class Lookups:
         Else compilers follow one vector through all steps of a search before the next one, and the processor, which
         waits for each step, has nothing else to do meanwhile. The highest bits that are added are 0.
         """
-        v, w, kind = self.v, self.v.width, self.v.types["index"]
+        v, w, vector = self.v, self.v.width, self.v.types["index"]
         if w == self.native:
             return index
         picks = ", ".join(f"i32 {(lane + self.native) % w}" for lane in range(w))
-        other = v.emit("index", f"shufflevector {kind} {index.name}, {kind} poison, <{w} x i32> <{picks}>")
+        other = v.emit("index", f"shufflevector {vector} {index.name}, {vector} poison, <{w} x i32> <{picks}>")
         return v.integer("or", index, v.integer("lshr", other, v.index(31)))
 
     def _loaded(self, run: Run, first: IRValue) -> list[IRValue]:

@@ -194,8 +194,8 @@ class Language:
         single = self.returned(signature)
         if single is None:
             arguments += [self.result(v) for v in signature.results]
-        kind = "void" if single is None else self.type(single.width, single.kind)
-        return f"{self.before}{kind} {signature.name}({', '.join(arguments)})"
+        result_type = "void" if single is None else self.type(single.width, single.kind)
+        return f"{self.before}{result_type} {signature.name}({', '.join(arguments)})"
 
     def function(self, signature: Signature, body: Sequence[str]) -> list[str]:
         """The lines of a function."""

@@ -34,8 +34,8 @@ class Cuda(Shading):
         numbers = ", ".join(map(self.number, values))
         if v.width == 1:
             return f"static __device__ const float {v.name} = {numbers};"
-        kind, end = (self.type(v.width), "") if self.type(v.width) else ("float", f"[{v.width}]")
-        return f"static __device__ const {kind} {v.name}{end} = {{{numbers}}};"
+        element_type, end = (self.type(v.width), "") if self.type(v.width) else ("float", f"[{v.width}]")
+        return f"static __device__ const {element_type} {v.name}{end} = {{{numbers}}};"
 
     to_index, to_real, shifted, unread = Language.to_index, Language.to_real, Language.shifted, Language.unread
 

@@ -61,14 +61,14 @@ class Wgsl(Shading):
 
     def function(self, signature: Signature, body: Sequence[str]) -> list[str]:
         lines = []
-        kind = self.structure(signature)
+        result_type = self.structure(signature)
         if len(signature.results) > 1:
-            lines = [f"struct {kind} {{", *(f"    {self.argument(v)}," for v in signature.results), "}", ""]
+            lines = [f"struct {result_type} {{", *(f"    {self.argument(v)}," for v in signature.results), "}", ""]
         else:
             (single,) = signature.results
-            kind = self.type(single.width, single.kind)
+            result_type = self.type(single.width, single.kind)
         arguments = ", ".join(self.argument(v) for v in signature.arguments)
-        return [*lines, f"fn {signature.name}({arguments}) -> {kind} {{", *(f"    {line}" for line in body), "}"]
+        return [*lines, f"fn {signature.name}({arguments}) -> {result_type} {{", *(f"    {line}" for line in body), "}"]
 
     def outputs(self, signature: Signature, values: Mapping[str, Sequence[str]]) -> list[str]:
         built = [self.built(v, values[v.name]) for v in signature.results]
