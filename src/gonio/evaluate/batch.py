@@ -109,8 +109,8 @@ def _takes_labels(call: Call) -> bool:
     special = [x for x in call.inputs if labels.is_named(x) or labels.is_lazy(x)]
     if special or call.material._lazy:
         what = "out=" if len(call.task.kinds) == 1 else "sample"
-        kind = type(special[0]).__name__ if special else "Dask parameters"
-        raise ArrayTypeError(f"{what} is for plain arrays; got {kind}; take x.values, or x.compute()")
+        type_name = type(special[0]).__name__ if special else "Dask parameters"
+        raise ArrayTypeError(f"{what} is for plain arrays; got {type_name}; take x.values, or x.compute()")
     return False
 
 

@@ -149,24 +149,24 @@ def again(call: Call) -> list[Any] | None:
     return None
 
 
-def by(kind: type[_Plan]) -> Callable[[Call], list[Any] | None]:
+def by(plan_class: type[_Plan]) -> Callable[[Call], list[Any] | None]:
     """The way that makes plans of a kind, and keeps them for further calls with such arrays."""
 
     def do(call: Call) -> list[Any] | None:
         with suppress(TraceError, EngineError):
-            plan = new_plan(kind, call)
+            plan = new_plan(plan_class, call)
             return _carried_out(plan, call) if plan is not None else None
         return None
 
     return do
 
 
-def new_plan(kind: type[_Plan], call: Call) -> _Plan | None:
+def new_plan(plan_class: type[_Plan], call: Call) -> _Plan | None:
     """A plan for calls with such arrays, kept for further ones; None where it does not pay, or cannot be made."""
     task, material, draft = call.task, call.material, call.draft
     assert draft is not None
     try:
-        plan = kind.of(call, draft)
+        plan = plan_class.of(call, draft)
     except (DependencyError, EngineError) as error:
         _give_up(error)
         call.compiles = False

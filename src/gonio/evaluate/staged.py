@@ -48,7 +48,7 @@ class Parts(NamedTuple):
 
 
 class Alone(NamedTuple):
-    """What depends on the channel alone, which is computed with the plan and comes to its second stage as arrays."""
+    """Values that depend on the channel alone, computed with the plan; they come to its second stage as arrays."""
 
     graph: Graph
     nodes: tuple[int, ...]
@@ -224,9 +224,11 @@ def _of_channels(value: Any, dtype: np.dtype, place: str, axes: int) -> np.ndarr
     return array[..., None]
 
 
-def _carried_out(plan: Staged, inputs: Sequence[np.ndarray], given: Sequence[np.ndarray] = ()) -> list[np.ndarray]:
-    """The results of a plan for these arrays; `given` are those that take the first."""
-    results, several, out = [], len(plan.blocks) > 1, given[0] if given else None
+def _carried_out(
+    plan: Staged, inputs: Sequence[np.ndarray], destinations: Sequence[np.ndarray] = ()
+) -> list[np.ndarray]:
+    """The results of a plan for these arrays; `destinations` are those that take the first."""
+    results, several, out = [], len(plan.blocks) > 1, destinations[0] if destinations else None
     if plan.place == BEHIND and several:
         _, shape, dtype, _ = plan.outputs[0]
         out = memory.empty(shape, dtype) if out is None else out

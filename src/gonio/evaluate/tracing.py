@@ -290,11 +290,11 @@ def linear(kernel: Kernel, widths: tuple[int, ...], material: Parametrised, leav
     graph, (node,) = trace.graph, trace.results[0]
     loads = [graph.load(trace.inputs + k, 0) for k in leaves]
     reached = [set(graph.reachable([slope])) for slope in gradient(graph, node, loads)]
-    found: list[int] = []
+    chosen: list[int] = []
     for i, load in enumerate(loads):
-        if not any(load in reached[j] or loads[j] in reached[i] for j in (*found, i)):
-            found.append(i)
-    return [leaves[i] for i in found]
+        if not any(load in reached[j] or loads[j] in reached[i] for j in (*chosen, i)):
+            chosen.append(i)
+    return [leaves[i] for i in chosen]
 
 
 def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int, channels: int | None) -> Trace:
