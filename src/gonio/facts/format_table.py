@@ -76,7 +76,7 @@ def _sampled(module: ModuleType) -> bool | None:
     names = returned.split("|") if isinstance(returned, str) else [returned.__name__]
     names = [name.strip() for name in names if name.strip().rpartition(".")[2] != "Sheet"]
     kinds = [getattr(module, name, Reflectance) for name in names]
-    return None if Reflectance in kinds else all(kind.warp is not Reflectance.warp for kind in kinds)
+    return None if Reflectance in kinds else all(cls.warp is not Reflectance.warp for cls in kinds)
 
 
 def sampled_in_words(row: Format) -> str:

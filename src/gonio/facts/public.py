@@ -71,4 +71,4 @@ def form(name: str) -> Form | None:
 
 def forms() -> list[Form]:
     """All of them, by name."""
-    return [found for name in sorted(import_module("..", __package__).__all__) if (found := form(name)) is not None]
+    return [one for name in sorted(import_module("..", __package__).__all__) if (one := form(name)) is not None]
