@@ -55,8 +55,8 @@ def solved(sums: NormalEquations) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _solution(A: np.ndarray, q: np.ndarray) -> np.ndarray:
     """A^-1 q (3, T) of symmetric matrices (6, T)."""
     co = cofactors(A)
-    found: np.ndarray = times(co[None], q)[0] / (A[0] * co[0] + A[3] * co[3] + A[4] * co[4])
-    return found
+    solution: np.ndarray = times(co[None], q)[0] / (A[0] * co[0] + A[3] * co[3] + A[4] * co[4])
+    return solution
 
 
 def cofactors(A: np.ndarray) -> np.ndarray:

@@ -91,9 +91,9 @@ class PhotometricStereo:
         lines = [f"{shape or 'one'} texels of photometric stereo"]
         degrees = np.degrees(self.normal_stderr)
         for name, x, unit in (("albedo", self.albedo, ""), ("standard error of the normal", degrees, " degrees")):
-            known = x[np.isfinite(x)]
-            if known.size:
-                low, middle, high = np.quantile(known, [0.05, 0.5, 0.95])
+            finite = x[np.isfinite(x)]
+            if finite.size:
+                low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
                 lines.append(f"  {name}: {middle:.4g}{unit} in the median, 90 % from {low:.4g} to {high:.4g}")
         lines += [f"  {n} texels: {text}" for text, n in self.count().items()]
         return "\n".join(lines)
@@ -224,8 +224,8 @@ class _Texels:
     def _cosines(self) -> np.ndarray:
         """n . w (K, T)."""
         w = self.block.w
-        found: np.ndarray = w[..., 0] @ self.n if w.shape[-1] == 1 else np.einsum("kct,ct->kt", w, self.n)
-        return found
+        cosines: np.ndarray = w[..., 0] @ self.n if w.shape[-1] == 1 else np.einsum("kct,ct->kt", w, self.n)
+        return cosines
 
     def _face(self, steps: int) -> None:
         """Leave out the lights that normals face away from, until none changes."""
@@ -280,8 +280,8 @@ class _Texels:
             variance = np.where(free > 0, scatter * self.share**2 * used / self.trust.sum(axis=0), np.inf)
         angle = np.sqrt(variance * trace / minors)
         bend = -An / nAn[:, None]  # derivatives of ln f by n
-        turned = np.stack([(bend * bend).sum(axis=1), (bend * n).sum(axis=1)])
-        part = (trace * (turned[0] - turned[1] ** 2) - (times(H[None], bend) * bend).sum(axis=1)) / minors
+        products = np.stack([(bend * bend).sum(axis=1), (bend * n).sum(axis=1)])
+        part = (trace * (products[0] - products[1] ** 2) - (times(H[None], bend) * bend).sum(axis=1)) / minors
         spread = math.pi * np.sqrt(variance * (1.0 / nAn + f * f * part))
         rms = np.sqrt(costs / np.maximum(values, 1e-9))
         lost = np.isnan(n[0]) | ~(minors > UNSURE * trace * (f * f * A[:, :3].sum(axis=1)).sum(axis=0))
