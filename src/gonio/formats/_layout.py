@@ -99,9 +99,10 @@ class Layout(NamedTuple):
         by_name = {axis.name: (word, axis) for word, axis in self.of(oriented).items()}
         names = angle_system(self.system).axes(oriented)
         if not {*names} <= {*by_name}:
-            kind, own = "anisotropic" if oriented else "isotropic", [name for name in by_name if name != CHANNEL.name]
+            symmetry = "anisotropic" if oriented else "isotropic"
+            file_words = ", ".join(name for name in by_name if name != CHANNEL.name)
             raise ParameterError(
-                f"{kind} tables have the angles {', '.join(names)}, and files of this format {', '.join(own)}; write "
+                f"{symmetry} tables have the angles {', '.join(names)}, and files of this format {file_words}; write "
                 f"another material, or another format"
             )
         return dict(by_name[name] for name in names)

@@ -70,7 +70,7 @@ _TYPE = re.compile(r"\bType(Sym|Data|ColorModel)[ \t]+\w+", re.IGNORECASE)
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: lines TypeSym, TypeData or TypeColorModel, two of them."""
-    return len({kind.lower() for kind in _TYPE.findall(plain_text.start(head))}) >= 2
+    return len({word.lower() for word in _TYPE.findall(plain_text.start(head))}) >= 2
 
 
 class _Words:
@@ -164,10 +164,10 @@ def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[
     return header, lists, about
 
 
-def _channel(words: _Words, kind: str, shape: tuple[int, ...]) -> tuple[str | float, np.ndarray, np.ndarray]:
+def _channel(words: _Words, channel_type: str, shape: tuple[int, ...]) -> tuple[str | float, np.ndarray, np.ndarray]:
     """Name, values (psi, sigma, phi, theta) and kbdf (psi, sigma) of a channel."""
-    name: str | float = CHANNELS[kind]
-    if kind == "wl":
+    name: str | float = CHANNELS[channel_type]
+    if channel_type == "wl":
         name = words.lines.float(words.take("a wavelength"), "a wavelength [nm]")
     scale = np.ones(shape[:2])
     if words.one_of("kbdf", "def") == "kbdf":

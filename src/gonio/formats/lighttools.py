@@ -228,10 +228,10 @@ def _blocks(lines: plain_text.Lines, content: str, shape: tuple[int, ...]) -> It
 
 
 def _block(lines: plain_text.Lines, words: dict[str, str], content: str, shape: tuple[int, ...]) -> _IncidenceTable:
-    side, kind = words.get("side", "Front"), words.get("scattertype", "")
+    side, scatter_type = words.get("side", "Front"), words.get("scattertype", "")
     tristimulus = words.get("tristimulusvalue", "")
-    if kind.lower() not in ("brdf", "btdf"):
-        raise lines.fault(kind, "ScatterType BRDF or BTDF before TIS")
+    if scatter_type.lower() not in ("brdf", "btdf"):
+        raise lines.fault(scatter_type, "ScatterType BRDF or BTDF before TIS")
     if side.lower() not in ("front", "back"):
         raise lines.fault(side, "Side Front or Back")
     if content == "XYZ" and tristimulus.lower() not in TRISTIMULUS:
@@ -240,7 +240,7 @@ def _block(lines: plain_text.Lines, words: dict[str, str], content: str, shape: 
     if not 0.0 <= aoi <= 180.0:
         raise lines.fault(words["aoi"], "AOI from 0 to 180 degrees")
     poi, wavelength, tis = (lines.float(words.get(key, "0")) for key in ("poi", "wavelength", "tis"))
-    return _IncidenceTable(aoi, poi, side, wavelength, kind, tristimulus, tis, bsdf_text.table(lines, *shape))
+    return _IncidenceTable(aoi, poi, side, wavelength, scatter_type, tristimulus, tis, bsdf_text.table(lines, *shape))
 
 
 def write(
@@ -293,11 +293,14 @@ def _tabulated(m: Reflectance, asked: GridRequest, wavelength: float) -> LightTo
         lit = [180.0 - x if quarter in ("back", "forward") else x for x in angles["POI"]] if "phi_i" in axes else [0.0]
         tis = totals(part, angles["AOI"], lit)
         tis = tis if labels == names else spectral(part, tis, asked.channel)[1]
-        side, kind = "Back" if quarter.startswith("back") else "Front", "BTDF" if quarter.endswith("ward") else "BRDF"
+        side = "Back" if quarter.startswith("back") else "Front"
+        scatter_type = "BTDF" if quarter.endswith("ward") else "BRDF"
         for (a, theta), (b, turn), (c, label) in product(*map(enumerate, (angles["AOI"], angles["POI"], labels))):
             nm = wavelength if _in_colour(labels) or label is None else float(label)
             tristimulus = f"Tris{label}" if _in_colour(labels) else ""
-            blocks.append(_IncidenceTable(theta, turn, side, nm, kind, tristimulus, tis[b, a, c], values[a, b, c]))
+            blocks.append(
+                _IncidenceTable(theta, turn, side, nm, scatter_type, tristimulus, tis[b, a, c], values[a, b, c])
+            )
     symmetry, content = "PlaneSymmetrical" if half else "Asymmetric", "XYZ" if _in_colour(labels) else "Monochrome"
     return LightToolsFile(symmetry, content, {name: angles[name] for name in LISTS}, tuple(blocks))
 
@@ -310,14 +313,14 @@ def _own_tables(
     parts: Mapping[str, Reflectance], asked: GridRequest
 ) -> tuple[dict[str, np.ndarray], bool, dict[str, np.ndarray]] | None:
     """The grid and the tables of measurements as they are, where they share one, with the azimuths of the front."""
-    own = {quarter: own_table(part, "angles", asked) for quarter, part in parts.items()}
+    by_quarter = {quarter: own_table(part, "angles", asked) for quarter, part in parts.items()}
     grids = []
     tables = {}
-    for quarter, found in own.items():
-        if found is None:
+    for quarter, table in by_quarter.items():
+        if table is None:
             return None
-        half = found[0].is_mirrored
-        axes, tables[quarter] = _turned(quarter, found[0].axes, found[1], half)
+        half = table[0].is_mirrored
+        axes, tables[quarter] = _turned(quarter, table[0].axes, table[1], half)
         grids.append((axes, half))
     axes, half = grids[0]
     same = all(h == half and list(a) == list(axes) and all(_same(a[n], axes[n]) for n in a) for a, h in grids)
@@ -335,8 +338,8 @@ def _sampled(
     angles, oriented = asked_or_usual(LAYOUT, [*parts.values()], asked)
     phi = angles["ScatterAzimuth"]  # gonio's, as callers give it
     if not oriented and phi[0] < 0.0:
-        given = shown(asked.angles["ScatterAzimuth"])
-        raise ParameterError(f"phi={given}: expected angles from 0 to 360 degrees, for an isotropic material")
+        azimuths = shown(asked.angles["ScatterAzimuth"])
+        raise ParameterError(f"phi={azimuths}: expected angles from 0 to 360 degrees, for an isotropic material")
     axes = {axis.name: np.radians(angles[word]) for word, axis in LAYOUT.grid(oriented).items()}
     half = not oriented and phi[-1] <= 180.0
     tables = {}

@@ -117,14 +117,14 @@ def read(path: Path, side: SideOfReflection = None) -> Gridded | Sheet:
         block = _block(lines)
         types.append(block.entries["DATA_TYPE"])
         blocks[types[-1]] = block
-    held = {quarter: blocks[kind] for kind, quarter in HELD.items() if kind in blocks}
+    held = {quarter: blocks[data_type] for data_type, quarter in HELD.items() if data_type in blocks}
     if not held or len(blocks) < len(types):
         got = f"has blocks {types or 'none'}"
         raise FormatError(f"{path}: {got}, expected a brdf or a btdf, and at most one of each other type")
     names = wanted(held, side, path)
     about.pop("VERSION", None)
     parts: dict[str, Reflectance] = {}
-    others = [vars(block) for kind, block in blocks.items() if HELD.get(kind) not in names]
+    others = [vars(block) for data_type, block in blocks.items() if HELD.get(data_type) not in names]
     for name in names:
         entries = {k: v for k, v in held[name].entries.items() if k not in (*LISTS, *REQUIRED)}
         more = {"other_blocks": others} if others else {}
@@ -165,14 +165,14 @@ def _block(lines: plain_text.Lines) -> _DataBlock:
 
 
 def _table(lines: plain_text.Lines, entries: Mapping[str, str], lists: Mapping[str, np.ndarray]) -> np.ndarray:
-    colour, kind = entries.get("COLOR_MODEL", ""), entries.get("DATA_TYPE", "")
-    if kind not in DATA_TYPES or colour not in (*COLOURS, "spectrum"):
-        got = f"DATA_TYPE {kind:.40}, COLOR_MODEL {colour:.40}"
+    colour, data_type = entries.get("COLOR_MODEL", ""), entries.get("DATA_TYPE", "")
+    if data_type not in DATA_TYPES or colour not in (*COLOURS, "spectrum"):
+        got = f"DATA_TYPE {data_type:.40}, COLOR_MODEL {colour:.40}"
         raise lines.fault(got, f"one of {DATA_TYPES} and {(*COLOURS, 'spectrum')}")
-    needed = ["PARAM0_LIST", *(["PARAM2_LIST", "PARAM3_LIST"] if kind in ("brdf", "btdf") else [])]
+    needed = ["PARAM0_LIST", *(["PARAM2_LIST", "PARAM3_LIST"] if data_type in ("brdf", "btdf") else [])]
     needed += ["WAVELENGTH_LIST"] if colour == "spectrum" else []
     if missing := [name for name in needed if name not in lists]:
-        raise lines.fault(f"a {kind} of {colour} without {', '.join(missing)}", "these lists before DATA")
+        raise lines.fault(f"a {data_type} of {colour} without {', '.join(missing)}", "these lists before DATA")
     width = len(lists["WAVELENGTH_LIST"]) if colour == "spectrum" else len(COLOURS[colour] or "Y")
     shape = tuple(len(lists.get(f"PARAM{k}_LIST", (0,))) for k in (3, 2, 1, 0))
     count = math.prod(shape)
@@ -236,7 +236,7 @@ def write(
     parts = same_from_both(m, NAME)
     tables = {q: table_of(as_lit(part) if q == "forward" else part, resolution) for q, part in parts.items()}
     table = next(iter(tables.values()))
-    blocks = [_block_of(part, kind) for kind, q in HELD.items() if (part := tables.get(q)) is not None]
+    blocks = [_block_of(part, data_type) for data_type, q in HELD.items() if (part := tables.get(q)) is not None]
     written = {block.entries["DATA_TYPE"] for block in blocks}
     others = [_DataBlock(**block) for block in table.about.get("other_blocks", [])]
     blocks += [block for block in others if block.entries["DATA_TYPE"] not in written]

@@ -227,7 +227,7 @@ def _cure(word: str, decimal: str) -> str:
 def without_marks(
     path: object,
     layout: TableLayout,
-    found: NumberColumns,
+    columns: NumberColumns,
     k: int,
     missing: Sequence[str],
     places: Callable[[], np.ndarray],
@@ -237,7 +237,7 @@ def without_marks(
     Raises FormatError where it holds another number that programs write for a missing value, or, if nothing is said of
     any, one that repeats and stands decades apart. `places`: those of the rows, see `mark_of_missing`.
     """
-    column = found.columns[k]
+    column = columns.columns[k]
     stated = [float(word) for word in missing if plain_text.is_number(word)]
     if stated:
         column = np.where(np.isin(column, stated), np.nan, column)
@@ -248,7 +248,7 @@ def without_marks(
             or_not = "" if mark in MARKS else ", decades apart from all others"
             cure = f"say missing={mark:g}" + ("" if mark in MARKS else ", or missing='' if it was measured")
             raise FormatError(
-                f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r:.60}, in {len(at)} "
+                f"{path}, line {columns.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r:.60}, in {len(at)} "
                 f"rows{or_not}: is it the mark of a missing value? {cure}"
             )
     return column

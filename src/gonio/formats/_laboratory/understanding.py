@@ -152,15 +152,15 @@ class _TableReader:
         """Count azimuths from the side of the light, where they are counted from the mirror direction."""
         if {key for key in angles if key != WAVELENGTH} == {"theta_i", "theta_o"}:
             self._expect_sides(angles["theta_i"], angles["theta_o"])
-            key, turned = "theta_o", 0.0 - angles["theta_o"]
+            key, shifted = "theta_o", 0.0 - angles["theta_o"]
             words = "of the sign of theta_i in the mirror direction"
         elif self.said.forward == 0 and not {"phi", "phi_o"} & {*angles}:
             raise ParameterError("forward=0: expected a column phi or phi_o, or theta_i and theta_o alone")
         elif self.said.forward == 0:
             key = "phi" if "phi" in angles else "phi_o"
-            turned, words = angles[key] + half, "0 in the mirror direction, half a turn is added"
+            shifted, words = angles[key] + half, "0 in the mirror direction, half a turn is added"
         if self.said.forward == 0:
-            angles[key] = turned
+            angles[key] = shifted
             if key in places:
                 column = self.columns[places[key]]
                 self.columns[places[key]] = column._replace(meaning=f"{column.meaning}; {words}")

@@ -138,8 +138,8 @@ def _suited(m: Reflectance, axes: Mapping[str, np.ndarray]) -> dict[str, np.ndar
     """A measurement's own nodes in place of default ones, if they are not too many; of a model as many as f needs."""
     if not isinstance(m, Measured):
         return needed(m, SYSTEMS["angles"], axes)
-    own = own_nodes(m)
-    suited = {name: own.get(name, x) for name, x in axes.items()}
+    nodes = own_nodes(m)
+    suited = {name: nodes.get(name, x) for name, x in axes.items()}
     return suited if math.prod(map(len, suited.values())) <= MOST else dict(axes)
 
 
@@ -253,9 +253,9 @@ def _lit_from(
     theta_i, phi_i = seen_from(quarter, np.array([[*incident, 0.0, 0.0]]))[0, :2]
     if resolution is not None or not isinstance(m, Gridded) or m.is_oriented():
         return pairs_of(m, resolution, quantities, incident=(theta_i, phi_i))
-    own = float(m.about.get("phi_i", 0.0)) if not isinstance(m, Scattered) else float(m.rows[0, 1])
-    pairs = pairs_of(m, None, quantities, incident=(theta_i, own))
-    return pairs._replace(angles=pairs.angles + np.array([0.0, phi_i - own, 0.0, phi_i - own]))
+    azimuth = float(m.about.get("phi_i", 0.0)) if not isinstance(m, Scattered) else float(m.rows[0, 1])
+    pairs = pairs_of(m, None, quantities, incident=(theta_i, azimuth))
+    return pairs._replace(angles=pairs.angles + np.array([0.0, phi_i - azimuth, 0.0, phi_i - azimuth]))
 
 
 def _is_lit(quarter: str, incident: tuple[float, float]) -> bool:

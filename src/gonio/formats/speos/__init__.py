@@ -255,11 +255,11 @@ def _oriented(path: Path, part: ScatteredPart, f: np.ndarray) -> tuple[dict[str,
     """Axes [rad] with phi_o for phi, and f (theta_i, theta_o, phi_i, phi_o, C): phi_o = phi + sample's angle."""
     phi = part.tables[0].phi
     around = phi[:-1] if len(phi) > 1 and abs(phi[-1] - phi[0] - 360.0) < 1e-9 else phi
-    turned = [np.mod(np.round(around + turn, 9), 360.0) for turn in part.turns]
-    phi_o = np.unique(np.concatenate(turned))
+    azimuths = [np.mod(np.round(around + turn, 9), 360.0) for turn in part.turns]
+    phi_o = np.unique(np.concatenate(azimuths))
     if f[0].size * len(part.turns) * len(phi_o) > len(phi) * SPECTRAL * path.stat().st_size:
         raise FormatError(f"{path}: phi and angles of the sample make {len(phi_o)} azimuths; resample to one step")
-    rows = [at_azimuths(phi_o, nodes, row) for nodes, row in zip(turned, np.moveaxis(f, 2, -1), strict=True)]
+    rows = [at_azimuths(phi_o, nodes, row) for nodes, row in zip(azimuths, np.moveaxis(f, 2, -1), strict=True)]
     phi_i = LAYOUT.axes["sample"].of_file(np.array(part.turns))
     axes = {"theta_i": part.incidence[0], "theta_o": part.tables[0].theta, "phi_i": phi_i, "phi_o": phi_o}
     return {name: np.radians(x) for name, x in axes.items()}, np.array(rows).transpose(1, 2, 0, 3, 4)
@@ -320,8 +320,8 @@ def _new(m: Reflectance, anisotropic: bool, asked: GridRequest, wavelengths: Seq
 
 def _sampled(m: Reflectance, anisotropic: bool, asked: GridRequest) -> tuple[dict[str, list[float]], np.ndarray]:
     """Angles of the file [degrees], and f with the axes of `LAYOUT`."""
-    if (own := own_table(m, "angles", asked)) and not own[0].is_oriented():
-        return LAYOUT.written(own[0].axes, own[1], own[0].is_mirrored)
+    if (table := own_table(m, "angles", asked)) and not table[0].is_oriented():
+        return LAYOUT.written(table[0].axes, table[1], table[0].is_mirrored)
     if not anisotropic and (asked.angles["sample"] is not None or not m.is_isotropic()):
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")
     angles, oriented = asked_or_usual(LAYOUT, [m], asked)

@@ -97,17 +97,17 @@ def read(
     parts: dict[str, Reflectance] = {}
     for quarter, choice in choices.items():
         facts = {**about, "side": VIEWED[quarter], "bands": [document.blocks[i].wavelength for i in choice.blocks]}
-        own = [tables[i] for i in choice.blocks]
+        band_tables = [tables[i] for i in choice.blocks]
         for i in choice.blocks:
             tables[i] = None  # as both would take the memory twice
         m: Klems | TensorTree
         if trees:
-            m = TensorTree(own, VIEWED[quarter], choice.colour, choice.names, path=str(path), about=facts)
+            m = TensorTree(band_tables, VIEWED[quarter], choice.colour, choice.names, path=str(path), about=facts)
         else:
             if len({bases[i] for i in choice.blocks}) > 1:
                 listed = ", ".join(facts["bands"])
                 raise FormatError(f"{path}: the bands {listed} have different angle bases; name one")
-            values = _stacked(own) if choice.names else own[0]
+            values = _stacked(band_tables) if choice.names else band_tables[0]
             named: dict[str, Any] = {"side": VIEWED[quarter], "channel_names": choice.names}
             m = Klems(Ours(values), *bases[choice.blocks[0]], path=str(path), about=facts, **named)
         parts[quarter] = m.with_notes(document=document, chosen=(choice.blocks, others), quarter=quarter)
@@ -135,19 +135,19 @@ class _ChosenBlocks(NamedTuple):
 
 def _bands(blocks: tuple[BlockHeader, ...], lines: list[int], path: Path) -> dict[str, dict[str, int]]:
     """By quarter of a `Sheet` the bands in lower case, and the numbers of their blocks."""
-    found: dict[str, dict[str, int]] = {}
+    by_quarter: dict[str, dict[str, int]] = {}
     named = {direction.lower(): quarter for quarter, direction in DIRECTIONS.items()}
     for i, b in enumerate(blocks):
         quarter = named.get(b.direction.lower())
         if quarter is not None and b.kind.lower() in KINDS:
-            bands = found.setdefault(quarter, {})
+            bands = by_quarter.setdefault(quarter, {})
             if b.wavelength.lower() in bands:
                 raise FormatError(f"{path}, line {lines[i]}: a second block of {b.label}; expected one")
             bands[b.wavelength.lower()] = i
-    if not found:
+    if not by_quarter:
         listed = ", ".join(b.label for b in blocks)
         raise FormatError(f"{path}: holds neither reflection nor transmission; its blocks: {listed:.300}")
-    return found
+    return by_quarter
 
 
 def _choice(
