@@ -46,12 +46,12 @@ def _onward(scene: Any, place: RayPlace, w: Direction, mirrors: bool, leaves: bo
     bin = ops.where(met, INSIDE, ops.where(left, _cell_of(scene, w), UNDERWAY) if leaves else UNDERWAY)
     if mirrors:
         n, on = facet(scene, place, right)
-        turned = normalize(reflect(-w, n))
-        bin = ops.where(met & (dot(turned, n) <= 0.0), LOST, bin)
+        mirrored = normalize(reflect(-w, n))
+        bin = ops.where(met & (dot(mirrored, n) <= 0.0), LOST, bin)
         place = place._replace(z=ops.where(met, on.z, place.z))
-        w = Direction(*(ops.where(met, a, b) for a, b in zip(turned, w, strict=True)))
-    found = (place.column, place.row, place.z), (place.u, place.v, right), bin
-    return (*found, tuple(w)) if mirrors else found
+        w = Direction(*(ops.where(met, a, b) for a, b in zip(mirrored, w, strict=True)))
+    stop = (place.column, place.row, place.z), (place.u, place.v, right), bin
+    return (*stop, tuple(w)) if mirrors else stop
 
 
 def _enter(mirrors: bool) -> Kernel:
@@ -95,4 +95,4 @@ GO_ON = {mirrors: Computation(_go_on(mirrors), _RAY, _TURNED if mirrors else _PL
 """From a facet, or on the way, to the next facet or out; likewise."""
 
 SAMPLE = Computation(_sampled, {**_RAY, "u": 2}, {"spot": VECTOR, "w": VECTOR, "weight": VALUE})
-"""Off a facet of any reflectance: in a direction by chance, and what is left of the light."""
+"""Off a facet of any reflectance: in a direction by chance, and the share of light left."""
