@@ -72,8 +72,9 @@ def _of_deltas(m: Reflectance, light: Light, at: SeenPoints) -> Any:
     through = (s.wi[..., 2:3] * wo[..., 2:3]) < 0.0
     across = (with_channels(m.delta_reflectance(wo, x), wo.ndim - 1) for x in (True, False))
     seen = ops.where(through, *across)
-    known = s.delta[..., None] & (seen > 0.0)
-    times = ops.stop_gradient(ops.where(known, drawn / ops.where(known, seen, 1.0), 0.0))  # one over the probability
+    has_density = s.delta[..., None] & (seen > 0.0)
+    # One over the probability.
+    times = ops.stop_gradient(ops.where(has_density, drawn / ops.where(has_density, seen, 1.0), 0.0))
     return seen * times * light.incident(local.to_world(lib, s.wi), position)
 
 

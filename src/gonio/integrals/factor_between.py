@@ -78,9 +78,9 @@ def double_integral(m: Reflectance, of: Geometry, to: Geometry, places: Places, 
     outer, inner = (of, to) if outward else (to, of)
 
     def single(w: np.ndarray, there: Places) -> Integrals:
-        found = _smooth(m, w, there, inner, Over(outward), Goal(INNER * tolerance, side=FEW))
+        integral = _smooth(m, w, there, inner, Over(outward), Goal(INNER * tolerance, side=FEW))
         size = inner.projected / math.pi
-        return Integrals(found.value / size, found.error / size, found.missing)
+        return Integrals(integral.value / size, integral.error / size, integral.missing)
 
     value, error, missing = averaged(m, outer, places, Goal(tolerance), inner.about_normal, single)
     mirrors = [(weight, lobe) for weight, lobe in m.lobes() if lobe.is_delta]

@@ -80,8 +80,8 @@ def reflected_radiance(
     >>> print(gn.reflected_radiance(gn.Lambertian(0.5), [sun, sky], up, normal=up).round(2))
     141.74
     """
-    given = as_lights(lights)
-    lights = at_wavelengths(given, m)
+    sources = as_lights(lights)
+    lights = at_wavelengths(sources, m)
     wo = _joined(wo, lights)
     lib, (wo, normal, tangent, position) = vectors(wo=wo, normal=normal, tangent=tangent, position=position)
     if lib.channel_loop:
@@ -90,8 +90,8 @@ def reflected_radiance(
     shape = ops.broadcast_shape(shapes, "wo, normal, tangent, position")[:-1]
     if lib.name == "numpy":
         memory.check((*batch.full_shape(m, shape), 3), wo.dtype, "an array of directions")
-    if (known := lib.known(wo)) is not None:
-        check_unit("wo", known)
+    if (numbers := lib.known(wo)) is not None:
+        check_unit("wo", numbers)
     wo = lib.module.broadcast_to(wo, (*shape, 3))
     local = Frame.of_arrays(lib, normal, tangent)
     local_wo = local.to_local(lib, wo)
@@ -99,7 +99,7 @@ def reflected_radiance(
         light.check_position(position)
         if m.exchanges or not light.is_delta:
             check_channels(m.channels or 1, light, channels_of(light))
-    glowing = glows(m, lights, widths(m) if m.exchanges and any(map(has_spectra, given)) else None)
+    glowing = glows(m, lights, widths(m) if m.exchanges and any(map(has_spectra, sources)) else None)
     lit = [(m, light) for light in lights] + [(glow, light) for glow, several in glowing for light in several]
     parts = [delta_radiance(x, light, local, local_wo, position) for x, light in lit if light.is_delta]
     fields = [(x, light) for x, light in lit if not light.is_delta]

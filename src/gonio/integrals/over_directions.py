@@ -70,14 +70,14 @@ def over_directions(m: Reflectance, fixed: np.ndarray, places: Places, over: Ove
             continue
         of_lobe = goal._replace(tolerance=goal.tolerance / (len(lobes) * np.fmax(largest, 1e-300)))
         whole = _Integrand(lobe, fixed, places, over)
-        found = None
+        of_part = None
         if count and over.domain is SAMPLED and over.radiance is None:
-            found = lobe._collected(fixed, over.incident, float(of_lobe.tolerance.min()), whole.each)
-        if found is None:
-            found = _beside(part.integrals(of_lobe) for part in whole.alike())
-        value = value + weight * found.value
-        error = error + largest * found.error
-        missing = np.maximum(missing, found.missing)
+            of_part = lobe._collected(fixed, over.incident, float(of_lobe.tolerance.min()), whole.each)
+        if of_part is None:
+            of_part = _beside(part.integrals(of_lobe) for part in whole.alike())
+        value = value + weight * of_part.value
+        error = error + largest * of_part.error
+        missing = np.maximum(missing, of_part.missing)
     return Integrals(value, error, missing)
 
 
@@ -168,13 +168,14 @@ class _Integrand(NamedTuple):
         for nodes in half_vectors.rules(self.lobe) if self.over.radiance is None else ():
             if not len(finer):
                 break
-            found = of_squares(
+            integrals = of_squares(
                 self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))), half_vectors.HIGHEST[0]
             )
-            allowed = goal.tolerance[finer] * np.maximum(goal.unit[finer], np.abs(found.value).max(axis=-1))
-            done, smooth = ~(found.error > allowed), (found.error**2 < allowed) & (found.error < 0.1 * before[finer])
-            groups.append((finer[done], Integrals(*(x[done] for x in found))))
-            before[finer] = np.where(done, -1.0, found.error)
+            allowed = goal.tolerance[finer] * np.maximum(goal.unit[finer], np.abs(integrals.value).max(axis=-1))
+            done = ~(integrals.error > allowed)
+            smooth = (integrals.error**2 < allowed) & (integrals.error < 0.1 * before[finer])
+            groups.append((finer[done], Integrals(*(x[done] for x in integrals))))
+            before[finer] = np.where(done, -1.0, integrals.error)
             finer = finer[~done & smooth]
         left = np.flatnonzero(before >= 0.0)
         if len(left):

@@ -59,9 +59,11 @@ class MaterialRows(NamedTuple):
         """Integrals (directions, rows[, C]) to a share of the tolerance, one by one."""
         number = np.repeat(np.arange(len(wanted.unit)), len(rows))
         material, places = self.at(np.tile(rows, len(wanted.unit))), Places((len(number),), np.arange(len(number)))
-        found = wanted.direct(material, number, places, share * wanted.tolerance)
+        integral = wanted.direct(material, number, places, share * wanted.tolerance)
         shape = len(wanted.unit), len(rows)
-        return Integrals(found.value.reshape(*shape, -1), found.error.reshape(shape), found.missing.reshape(shape))
+        return Integrals(
+            integral.value.reshape(*shape, -1), integral.error.reshape(shape), integral.missing.reshape(shape)
+        )
 
     def whole(self) -> np.ndarray:
         """The numbers of the rows without holes."""
