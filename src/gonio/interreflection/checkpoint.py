@@ -41,8 +41,8 @@ class RadiosityCheckpoint(WorkFile):
         n = len(held["corners"])
         if held["corners"].shape != (n, 3, 3) or any(len(held[x]) != n for x in ("part", "slot", "direct")):
             raise FormatError(f"{self.path}: a checkpoint whose arrays have the wrong shapes; {ADVICE}")
-        corners, part, face, places, *tree, direct, found = (held[name] for name in ARRAYS)
-        return Begun(Patches(self._faces, corners, part, face, places, Halvings(*tree)), direct, found)
+        corners, part, face, places, *tree, direct, rows = (held[name] for name in ARRAYS)
+        return Begun(Patches(self._faces, corners, part, face, places, Halvings(*tree)), direct, rows)
 
     def keep(self, begun: Begun, is_last: bool) -> None:
         """Write what has been found, unless the last time was just now."""
