@@ -45,11 +45,11 @@ def reflected(
     def matrices(orders: range) -> np.ndarray:
         if orders.start >= spent[0]:
             return np.zeros((1, len(orders), len(mu), len(mu)))
-        found = _series(base, mu, NodePairs(i, o, k), orders, by)
-        size = np.abs(found).max(axis=(0, 2))
+        series = _series(base, mu, NodePairs(i, o, k), orders, by)
+        size = np.abs(series).max(axis=(0, 2))
         if orders.start == 0 and (size[len(size) // 2 :] < RINGS * size[0]).all():
             spent[0] = orders.stop
-        return found.reshape(-1, len(orders), len(mu), len(mu)) * (np.outer(root, root) / (n * n))
+        return series.reshape(-1, len(orders), len(mu), len(mu)) * (np.outer(root, root) / (n * n))
 
     return matrices, _mirror(base, mu, by)
 
@@ -85,17 +85,17 @@ def _values(m: Reflectance, wi: np.ndarray, wo: np.ndarray, mu_i: np.ndarray, mu
     moved = bool(np.iscomplexobj(mu_i) and (mu_i.imag.any() or mu_o.imag.any()))
     if by is None and not moved:
         return m.f(wi, wo)
-    found = m.jacobian(wi, wo, [*([] if by is None else [by]), *(["wi", "wo"] if moved else [])])
-    change: Any = 0.0 if by is None else STEP * found.by[by]
+    jacobian = m.jacobian(wi, wo, [*([] if by is None else [by]), *(["wi", "wo"] if moved else [])])
+    change: Any = 0.0 if by is None else STEP * jacobian.by[by]
     if moved:
         for name, w, mu in (("wi", wi, mu_i), ("wo", wo, mu_o)):
             z, s2 = w[..., 2:], w[..., 0] ** 2 + w[..., 1] ** 2
             along = np.concatenate([-z * w[..., :2] / s2[..., None], np.ones_like(z)], axis=-1)  # dw/dmu
-            slopes = found.by[name]
+            slopes = jacobian.by[name]
             along = along[..., None, :] if slopes.ndim > w.ndim else along
             step = (slopes * along).sum(axis=-1)
             change = change + step * mu.imag.reshape(-1, *([1] * (step.ndim - 1)))
-    return found.f + 1j * change
+    return jacobian.f + 1j * change
 
 
 def _direction(mu: np.ndarray, phi: np.ndarray) -> np.ndarray:

@@ -112,11 +112,11 @@ def terms(medium: Scatterers, tolerance: float) -> int:
 
 def indices(parts: Sequence[Part]) -> list[complex]:
     """The indices of the media, from the first above the stack to that below it."""
-    found: list[complex] = [1.0 + 0.0j]
+    etas: list[complex] = [1.0 + 0.0j]
     for part in parts:
         if not isinstance(part, Scatterers):
-            found.append(found[-1] * part.eta)
-    return found
+            etas.append(etas[-1] * part.eta)
+    return etas
 
 
 def response(parts: Sequence[Part], base: Base | None, tolerance: float) -> Response:
@@ -132,7 +132,7 @@ def response(parts: Sequence[Part], base: Base | None, tolerance: float) -> Resp
     clear: list[Any] = [(..., *np.ix_(*(np.flatnonzero(grating.mu(n).real > LOWEST) for n in pair))) for pair in sides]
     roots = [np.outer(*(grating.root(n) for n in pair)) for pair in sides]
     sums: list[Any] = [0.0 for _ in sides]
-    found: list[list[np.ndarray]] = [[] for _ in sides]
+    by_side: list[list[np.ndarray]] = [[] for _ in sides]
     rough = any(isinstance(part, Rough) for part in parts)
     chunks = CHUNKS_OF_ROUGH if rough else CHUNKS
     with one_thread():
@@ -142,23 +142,23 @@ def response(parts: Sequence[Part], base: Base | None, tolerance: float) -> Resp
             over = np.pi * np.where(orders == 0, 2.0, 1.0)[:, None, None]
             needed: Any = np.zeros(stop - start, bool)
             for k, (rest, total) in enumerate(_shared(layers, below, grating, whole, range(start, stop), rough)):
-                found[k].append(rest / (over * roots[k]))
+                by_side[k].append(rest / (over * roots[k]))
                 total, root = (total / (over * roots[k])).real[clear[k]], roots[k].real[clear[k]]
                 sums[k] = sums[k] + np.tensordot(np.cos(AROUND[:, None] * orders), total, 1)
                 size = np.abs(sums[k])
                 least = np.maximum(size.min(axis=0), 1e-6 * size.max(axis=0))
                 least = np.maximum(0.1 * tolerance * least, NOTHING + ROUNDING / root)
-                needed |= (np.abs(found[k][-1][clear[k]]) > least).any(axis=(1, 2))
+                needed |= (np.abs(by_side[k][-1][clear[k]]) > least).any(axis=(1, 2))
             last = np.flatnonzero(needed)
             if not len(last) or last[-1] < 0.75 * (stop - start):
                 enough = last[-1] + 1 if len(last) else 1 if start == 0 else 0
-                for of_side in found:
+                for of_side in by_side:
                     of_side[-1] = of_side[-1][:enough]
                 break
     media = (
         next(k for k, n in enumerate(whole) if abs(n.real - end.real) <= SAME * end.real) for end, _ in grating.panels
     )
-    blocks = (FourierBlock(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True))
+    blocks = (FourierBlock(*pair, np.concatenate(x)) for pair, x in zip(sides, by_side, strict=True))
     return Response(grating, tuple(blocks), tuple(media))
 
 
@@ -174,16 +174,16 @@ def _shared(
     base = None if below is None else (below[0](orders), below[1])
     step = len(orders) if rough else math.ceil(len(orders) / min(threads(), len(orders)))
     parts = [orders[k : k + step] for k in range(0, len(orders), step)]
-    found: list[Any] = [None] * len(parts)
+    by_part: list[Any] = [None] * len(parts)
 
     def work(number: int) -> None:
         part = slice(parts[number].start - orders.start, parts[number].stop - orders.start)
         of_part = None if base is None else (base[0][part], base[1])
         blocks = _rest(layers, of_part, grid, whole, parts[number])
-        found[number] = [[np.broadcast_to(x, (len(parts[number]), *x.shape[1:])) for x in block] for block in blocks]
+        by_part[number] = [[np.broadcast_to(x, (len(parts[number]), *x.shape[1:])) for x in block] for block in blocks]
 
     share(work, [(number,) for number in range(len(parts))])
-    pairs = (zip(*of_block, strict=True) for of_block in zip(*found, strict=True))
+    pairs = (zip(*of_block, strict=True) for of_block in zip(*by_part, strict=True))
     return [(np.concatenate(rests), np.concatenate(totals)) for rests, totals in pairs]
 
 
@@ -243,13 +243,13 @@ _Below = tuple[Callable[[range], np.ndarray], np.ndarray]
 
 def _layers(parts: Sequence[Part], grid: NodeGrid, whole: Sequence[complex], tolerance: float) -> list[_Makes]:
     """What makes each layer, of some orders, from the top down."""
-    n, found = iter(whole), list[_Makes]()
+    n, makers = iter(whole), list[_Makes]()
     at = next(n)
     for part in parts:
         upper, at = at, at if isinstance(part, Scatterers) else next(n)
         makes = {Scatterers: _medium, Smooth: _smooth, Rough: _rough}[type(part)]
-        found.append(makes(part, grid, upper, at, tolerance))
-    return found
+        makers.append(makes(part, grid, upper, at, tolerance))
+    return makers
 
 
 def _medium(part: Any, grid: NodeGrid, upper: complex, at: complex, tolerance: float) -> _Makes:

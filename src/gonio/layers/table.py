@@ -53,11 +53,11 @@ def tabulated(grid: NodeGrid, block: FourierBlock, reach: tuple[int, int], cells
             n = grid.panels[max(p, q)][0]
             mu_p, mu_q = (np.sqrt(1.0 - grid.s2[at] / (n * n)) for at in (at_p, at_q))
             part = c[:, at_p, at_q] * (mu_p[:, None] + mu_q)
-            found = np.empty((len(c), cells + 3, cells + 3), dtype)
+            coefficients = np.empty((len(c), cells + 3, cells + 3), dtype)
             before, after = (to_splines(len(mu), not k, cells) for mu, k in ((mu_p, p), (mu_q, q)))
             for kind, of in enumerate(kinds):
-                found[of] = before[kind] @ part[of] @ after[kind].T
-            result[p, q] = np.tensordot(found, series, ((0,), (0,)))
+                coefficients[of] = before[kind] @ part[of] @ after[kind].T
+            result[p, q] = np.tensordot(coefficients, series, ((0,), (0,)))
     return result
 
 
