@@ -74,14 +74,14 @@ class KullaContyDielectric(BetweenMedia):
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         yield from facets(GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha), self.eta)
-        for kind in (_Returned, _PassedOn):
-            yield 1.0, self._as(kind)
+        for lobe_class in (_Returned, _PassedOn):
+            yield 1.0, self._as(lobe_class)
 
-    def _as(self, kind: type[_FurtherScattering]) -> Reflectance:
+    def _as(self, lobe_class: type[_FurtherScattering]) -> Reflectance:
         """A lobe with the same numbers and tables."""
         names = ("alpha", "eta", "loss", "losses")
         values = {name: self.__dict__[name] for name in names if name in self.__dict__}
-        return kind._made_of(
+        return lobe_class._made_of(
             values, {"_tied": {}, "_derived": {}, "_alike": {}, "_kept": tables(), "is_bound": self.is_bound}
         )
 

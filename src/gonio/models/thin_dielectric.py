@@ -131,9 +131,9 @@ class _StraightLight(Reflectance):
         return self.passed.F(wo.z)
 
     def polarized_mirror(self, wo: Direction) -> Mueller:
-        found = self.passed.polarized(wo.z)
-        assert found is not None
-        return found
+        mueller = self.passed.polarized(wo.z)
+        assert mueller is not None
+        return mueller
 
     @property
     def polarizes(self) -> bool:
