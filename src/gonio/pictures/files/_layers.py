@@ -41,8 +41,10 @@ class PictureLayer(NamedTuple):
     beside: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        own = [x.rpartition(".")[2] if self.is_rgb else x for x in (*self.channels, self.coverage, *self.beside) if x]
-        return f"{self.name!r} ({', '.join(own[:5])}{', ...' if len(own) > 5 else ''})"
+        short_names = [
+            x.rpartition(".")[2] if self.is_rgb else x for x in (*self.channels, self.coverage, *self.beside) if x
+        ]
+        return f"{self.name!r} ({', '.join(short_names[:5])}{', ...' if len(short_names) > 5 else ''})"
 
 
 def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> PictureLayer:
@@ -54,17 +56,17 @@ def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> Pi
         for part, (name, channels) in enumerate(parts)
         for layer in _split(part, channels)
     ]
-    found = layers if wanted is None else _named(wanted, layers, parts)
-    if len(found) == 1:
-        return found[0]
-    told = [str(x) for x in found or layers]
+    matches = layers if wanted is None else _named(wanted, layers, parts)
+    if len(matches) == 1:
+        return matches[0]
+    told = [str(x) for x in matches or layers]
     listed = f"{', '.join(told[:_LISTED])}{', ...' if len(told) > _LISTED else ''}"
-    first = (found or layers)[0].name
+    first = (matches or layers)[0].name
     example = f"gn.read_image(path, layer={first!r}) in place of the path, or FILE:{first} on the command line"
-    if found:
-        raise Unsettled(f"{len(found)} layers, {listed}: expected one of them: {example}")
-    known = [*(x.name for x in layers), *(x for _, channels in parts for x in channels)]
-    raise Unsettled(f"layer={wanted!r:.60}: expected one of {listed}: {example}{suggestion(str(wanted), known)}")
+    if matches:
+        raise Unsettled(f"{len(matches)} layers, {listed}: expected one of them: {example}")
+    choices = [*(x.name for x in layers), *(x for _, channels in parts for x in channels)]
+    raise Unsettled(f"layer={wanted!r:.60}: expected one of {listed}: {example}{suggestion(str(wanted), choices)}")
 
 
 def _named(wanted: str, layers: list[PictureLayer], parts: Sequence[tuple[str, Sequence[str]]]) -> list[PictureLayer]:
@@ -80,12 +82,12 @@ def _named(wanted: str, layers: list[PictureLayer], parts: Sequence[tuple[str, S
 
 def _split(part: int, channels: Sequence[str]) -> Iterator[PictureLayer]:
     """The layers of a part."""
-    found: dict[str, list[str]] = {}
+    by_layer: dict[str, list[str]] = {}
     for channel in channels:
-        found.setdefault(_layer_of(channel), []).append(channel)
-    shared = "A" if found.get("") == ["A"] and len(found) > 1 else ""  # what gonio writes beside names with dots
-    for name in sorted(found.keys() - {"" if shared else None}, key=natural):
-        layer = _whole(part, name, found[name])
+        by_layer.setdefault(_layer_of(channel), []).append(channel)
+    shared = "A" if by_layer.get("") == ["A"] and len(by_layer) > 1 else ""  # what gonio writes beside names with dots
+    for name in sorted(by_layer.keys() - {"" if shared else None}, key=natural):
+        layer = _whole(part, name, by_layer[name])
         layer = layer._replace(coverage=layer.coverage or shared)
         colours, others = layer.channels[:3], layer.channels[3:]
         letters = others and {x.rpartition(".")[2].lower() for x in colours} == {*_COLOURS[0]}

@@ -53,16 +53,16 @@ def read(source: PictureFile) -> Picture:
     names = ("Y",) if codes.is_gray else ("R", "G", "B")
     light, primaries, notes = _light(source, codes)
     width, height = codes.size
-    turned = codes.orientation > 4
-    pixels = np.empty((width, height, len(names)) if turned else (height, width, len(names)), np.float32)
+    transposed = codes.orientation > 4
+    pixels = np.empty((width, height, len(names)) if transposed else (height, width, len(names)), np.float32)
     alpha = np.empty(pixels.shape[:2], np.float32) if codes.covered or codes.key else None
-    for part, found in codes.rows:
+    for part, row_codes in codes.rows:
         rows = _stored(pixels, codes.orientation)[part]
         for k, curve in enumerate(light):
-            rows[..., k] = curve[found[..., k]]
+            rows[..., k] = curve[row_codes[..., k]]
         if alpha is not None:
             share = np.float32(1.0 / (65535.0 if codes.is_deep else 255.0))
-            seen = share * found[..., -1] if codes.covered else (found != codes.key).any(axis=-1)
+            seen = share * row_codes[..., -1] if codes.covered else (row_codes != codes.key).any(axis=-1)
             _stored(alpha, codes.orientation)[part] = seen
     return Picture(pixels, alpha, names, primaries, coded=True, notes=(*codes.notes, *notes))
 
@@ -78,14 +78,14 @@ def gray(source: PictureFile) -> NDArray[np.float64]:
             picture = picture.convert("RGBA" if "transparency" in picture.info else "RGB")
         if "A" in picture.mode or "a" in picture.mode:
             raise Unsettled(f"it has coverage ({picture.mode}); {rule}")
-        found = np.asarray(picture)
-        if found.ndim == 3 and picture.mode == "RGB" and (found == found[..., :1]).all():
-            found = found[..., 0]
-        if found.ndim != 2:
+        gray_codes = np.asarray(picture)
+        if gray_codes.ndim == 3 and picture.mode == "RGB" and (gray_codes == gray_codes[..., :1]).all():
+            gray_codes = gray_codes[..., 0]
+        if gray_codes.ndim != 2:
             raise Unsettled(f"it has colours ({picture.mode}); {rule}")
         if "transparency" in picture.info and isinstance(key := picture.info["transparency"], int):
-            return np.where(found == key * scale, np.nan, found / scale)
-        return found / scale
+            return np.where(gray_codes == key * scale, np.nan, gray_codes / scale)
+        return gray_codes / scale
 
 
 def _opened(pillow: Any, source: PictureFile, formats: tuple[str, ...]) -> Any:
@@ -114,8 +114,8 @@ def _codes(source: PictureFile, formats: tuple[str, ...]) -> Codes:
     is_gray = mode in ("1", "L", "LA") or raw in ("I;16B", "LA;16B")
     covered = mode in ("LA", "RGBA") or (mode == "P" and "transparency" in info)
     _check(picture, source, (1 if is_gray else 3) + covered)
-    found: Any = info.get("transparency") if mode != "P" else None
-    key: tuple[int, ...] = () if found is None else tuple(np.ravel(found).tolist())
+    transparency: Any = info.get("transparency") if mode != "P" else None
+    key: tuple[int, ...] = () if transparency is None else tuple(np.ravel(transparency).tolist())
     if mode == "1":
         key = tuple(255 * bool(x) for x in key)
     key = tuple(_SCALES.get(raw, 1) * x for x in key)
@@ -195,12 +195,12 @@ def _light(source: PictureFile, codes: Codes) -> tuple[NDArray[np.float32], tupl
         if transfer not in (8, 13) or colours != 1:
             notes.append(f"cICP says primaries {colours}, transfer {transfer}; taken for those of sRGB, 1 and 13")
     elif "icc_profile" in info:
-        found = profile(info["icc_profile"] or b"", count, x)
-        if found is None:
+        icc = profile(info["icc_profile"] or b"", count, x)
+        if icc is None:
             notes.append("its ICC profile is damaged, or one of tables; taken for sRGB, but with linear=True")
         else:
-            light = found.light
-            if not found.is_srgb:
+            light = icc.light
+            if not icc.is_srgb:
                 notes.append("primaries of its ICC profile are not sRGB's; its curves are obeyed, nothing is converted")
     elif "srgb" not in info:
         gamma = info.get("gamma", SRGB_GAMMA[0])
@@ -219,10 +219,10 @@ def _coding(source: PictureFile) -> tuple[int, int] | None:
     if source.file.read(8) not in STARTS:
         return None
     while len(head := source.file.read(8)) == 8:
-        length, kind = struct.unpack(">I4s", head)
-        if kind == b"cICP" and length == 4:
+        length, chunk = struct.unpack(">I4s", head)
+        if chunk == b"cICP" and length == 4:
             return tuple(source.file.read(2))  # type: ignore[return-value]  # of two bytes: two numbers
-        if kind in (b"IDAT", b"IEND"):
+        if chunk in (b"IDAT", b"IEND"):
             break
         source.file.seek(length + 4, 1)
     return None
