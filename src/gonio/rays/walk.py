@@ -62,8 +62,8 @@ def nearest(nodes: Any, slots: Any, o: Sequence[Any], d: Sequence[Any], far: Any
 
     none = 0.0 * (o[0] + d[0])
     _, t, a, b, number = ops.loop(step, ops.to_index(none + 1.0), far + none, none, none, none - 1.0)
-    found = number >= 0.0
-    return ops.where(found, t, float("inf")), a, b, ops.to_index(ops.maximum(number, 0.0))
+    is_hit = number >= 0.0
+    return ops.where(is_hit, t, float("inf")), a, b, ops.to_index(ops.maximum(number, 0.0))
 
 
 def _triangle(slot: Sequence[Any], o: Sequence[Any], d: Sequence[Any]) -> tuple[Any, ...]:
