@@ -242,14 +242,14 @@ def _logarithms(name: str, m: Reflectance, wi: np.ndarray, wo: np.ndarray, up: n
         what = "transmits light" if m.sides != "front" else "fluoresces" if m.fluoresces else "is anisotropic"
         raise ParameterError(f"materials: {name} {what}; expected isotropic surfaces that reflect alone")
     tabular_shape(m)
-    turned = np.array([1.0, -1.0, 1.0])
+    flip = np.array([1.0, -1.0, 1.0])
     images = [(wi, wo)]
     if isinstance(m, Measured):  # each pair holds f of four
-        images = [(wi, wo), (wi * turned, wo * turned), (wo, wi), (wo * turned, wi * turned)]
+        images = [(wi, wo), (wi * flip, wo * flip), (wo, wi), (wo * flip, wi * flip)]
     seen = [np.asarray(ops.numbers(f_at(m, a, b, least=0.999 * GRAZING)), float) for a, b in images]
     f = np.reshape(seen, (len(seen), *up.shape, -1))
-    known = np.isfinite(f)
-    f = np.where(known, f, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), math.nan)
+    finite = np.isfinite(f)
+    f = np.where(finite, f, 0.0).sum(axis=0) / np.where(finite.any(axis=0), finite.sum(axis=0), math.nan)
     if np.isnan(f[up]).any():
         f = filled_in_layers(f, (False,) * 4)[0]
     return np.asarray(np.log(np.maximum(f[up], 0.0) + offset))
@@ -269,9 +269,9 @@ def _left_over(along: np.ndarray, of: np.ndarray, components: int) -> np.ndarray
     for out in _folds(of):
         rest = along[:, ~out]
         centre = rest.mean(axis=1, keepdims=True)
-        _, own = _principal((rest - centre) @ (rest - centre).T, components)
+        _, axes = _principal((rest - centre) @ (rest - centre).T, components)
         apart = along[:, out] - centre
-        left[:, out] = apart - own @ (own.T @ apart)
+        left[:, out] = apart - axes @ (axes.T @ apart)
     return left
 
 
