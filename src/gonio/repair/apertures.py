@@ -266,7 +266,7 @@ def _batch(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source
     hole = np.isnan(f)
     if not hole.any():
         return (weight @ f)[:, 0]
-    whole, known = weight.sum(axis=-1), (weight @ ~hole)[:, 0]
+    whole, valid = weight.sum(axis=-1), (weight @ ~hole)[:, 0]
     mean = (weight @ np.where(hole, 0.0, f))[:, 0]
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(known > 0.5 * whole, mean * (whole / known), np.nan)
+        return np.where(valid > 0.5 * whole, mean * (whole / valid), np.nan)

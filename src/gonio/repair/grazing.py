@@ -93,11 +93,11 @@ def extrapolate_to_grazing(m: Measured, method: str, reach: float | tuple[float,
 
 
 def _reach(cells: GridCells, reach: float | tuple[float, float] | None) -> _Reach:
-    known = cells.up & ~np.isnan(cells.f).all(axis=-1)
-    if not known.any():
+    has_value = cells.up & ~np.isnan(cells.f).all(axis=-1)
+    if not has_value.any():
         raise ParameterError("extrapolate_to_grazing: the measurement has no value in any cell; expected some")
     if reach is None:
-        return _Reach(*(float(angles(w[known])[0].max()) for w in (cells.wi, cells.wo)))
+        return _Reach(*(float(angles(w[has_value])[0].max()) for w in (cells.wi, cells.wo)))
     end = _Reach(*np.broadcast_to(np.asarray(reach, dtype=float), 2).tolist())
     if not all(0.0 < theta < 0.5 * math.pi for theta in end):
         raise ParameterError(f"reach={reach!r}: expected polar angles between 0 and pi/2 rad; are these degrees?")

@@ -115,14 +115,14 @@ def smoothest(values: np.ndarray, unknown: np.ndarray, nodes: list[np.ndarray], 
     number = np.full(values.shape, -1)
     number[unknown] = np.arange(n)
     along = [_differences(values, number, k, x, wraps[k]) for k, x in enumerate(nodes) if len(x) > 2]
-    if not any(known.size for *_, known in along):
+    if not any(constants.size for *_, constants in along):
         return values
-    numbers, weights, known = (np.concatenate(x, axis=-1) for x in zip(*along, strict=True))
+    numbers, weights, constants = (np.concatenate(x, axis=-1) for x in zip(*along, strict=True))
     free = numbers >= 0
-    lines = np.broadcast_to(np.arange(known.size), numbers.shape)
-    A = sparse.csr_matrix((weights[free], (lines[free], numbers[free])), (known.size, n))
+    lines = np.broadcast_to(np.arange(constants.size), numbers.shape)
+    A = sparse.csr_matrix((weights[free], (lines[free], numbers[free])), (constants.size, n))
     guess, tie = values[unknown], 1e-9  # to the guess: decides where second differences do not
-    normal, b = (A.T @ A + tie * sparse.identity(n)).tocsc(), A.T @ -known + tie * guess
+    normal, b = (A.T @ A + tie * sparse.identity(n)).tocsc(), A.T @ -constants + tie * guess
     if n <= DIRECT:
         solution = linalg.spsolve(normal, b)
     else:
