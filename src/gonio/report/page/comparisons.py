@@ -27,11 +27,11 @@ def of_fit(rows: Sequence[dict[str, Any]], model: str, unit: str) -> str:
     below = Chart(VIEW, ChartAxis(-limit, limit, "model − f [% of f]", ticks=ticks), "Residuals of the best fit")
     below.level(0.0)
     for k, row in enumerate(rows):
-        kind = step(k, len(rows))
+        css_class = step(k, len(rows))
         f, of = np.array(row["f"], float), np.array(row["model"], float)
-        drawn.line(row["views"], np.where(f > 0.0, f, np.nan), kind)
-        drawn.line(row["views"], np.where(np.isfinite(f) & (of > 0.0), of, np.nan), f"{kind} dashed")
-        below.line(row["views"], off[k], kind)
+        drawn.line(row["views"], np.where(f > 0.0, f, np.nan), css_class)
+        drawn.line(row["views"], np.where(np.isfinite(f) & (of > 0.0), of, np.nan), f"{css_class} dashed")
+        below.line(row["views"], off[k], css_class)
     thetas = [row["theta_i"] for row in rows]
     both = of_incidence(thetas, [("ink", "material"), ("ink dashed", "best fit")])
     first = figure(drawn.svg(), f"The material beside the best of the fits, <code>{escape(model)}</code>.", both)
@@ -52,8 +52,8 @@ def of_several(several: Sequence[dict[str, Any]]) -> str:
     for wanted in (15.0, 45.0, 75.0):
         rows = []
         for k, one in enumerate(several):
-            given = one["slices"]["in_plane"] if one["slices"] else []
-            near = min(given, key=lambda row: abs(row["theta_i"] - wanted), default=None)
+            slices = one["slices"]["in_plane"] if one["slices"] else []
+            near = min(slices, key=lambda row: abs(row["theta_i"] - wanted), default=None)
             if near is not None and abs(near["theta_i"] - wanted) <= 10.0:
                 rows.append((k, SliceArrays(near)))
         if not rows:

@@ -23,11 +23,11 @@ class SliceArrays:
     def __init__(self, row: dict[str, Any]):
         self.theta = float(row["theta_i"])
         self.views, self.f = np.array(row["views"], float), np.array(row["f"], float)
-        given = row.get("measured")
+        measured = row.get("measured")
         self.measured = None
-        if given is not None:
-            u = None if given["u"] is None else np.array(given["u"], float)
-            self.measured = np.array(given["views"], float), np.array(given["f"], float), u
+        if measured is not None:
+            u = None if measured["u"] is None else np.array(measured["u"], float)
+            self.measured = np.array(measured["views"], float), np.array(measured["f"], float), u
         self.all = self.f if self.measured is None else np.concatenate([self.f, self.measured[1]])
 
 
