@@ -116,8 +116,8 @@ class TriangleBody(Body):
             found_by,
             *map(float, (x, z + tall, wide, tall)),
         )
-        given = {"normals": normals, "corners": places, "materials": materials}
-        stored = {name: AsStored(x.astype(np.float32).reshape(-1)) for name, x in given.items() if x is not None}
+        optional = {"normals": normals, "corners": places, "materials": materials}
+        stored = {name: AsStored(x.astype(np.float32).reshape(-1)) for name, x in optional.items() if x is not None}
         new._hold(tables={**trees, **stored})
         new._kept.update(new.tables)
         return new

@@ -67,12 +67,12 @@ def tile(
     numbers = pixels.numbers[at]
     u = shifted(points(0, samples), numbers[..., 2:])
     scene = composite(**pixels.stage.values(pixels.size))
-    found = _HITS(scene, place=numbers[..., :2] + u[..., :2])
-    hit = found["met"] > 0.5
+    hits = _HITS(scene, place=numbers[..., :2] + u[..., :2])
+    hit = hits["met"] > 0.5
     coverage = hit.mean(axis=-1)
     if not hit.any():
         return np.zeros((len(numbers), 1), np.float32), coverage, 0
-    named = (found[name] for name in ("point", "normal", "tangent", "back"))
+    named = (hits[name] for name in ("point", "normal", "tangent", "back"))
     position, n, t, back, u = (x[hit].astype(np.float32) for x in (*named, u))
     local = Frame(*(Direction(*np.moveaxis(axis, -1, 0)) for axis in (t, np.cross(n, t), n)))
     wo = local.to_local(ops.library(n), back)

@@ -71,9 +71,9 @@ def picture_jacobian(
     channels = tuple(map(str, m.channel_names)) if job.channels > 3 and m.channel_names is not None else None
     images = []
     for k in range(count):
-        own = slice(k * job.channels, (k + 1) * job.channels)
-        error = None if noise is None else pixels.picture(noise[:, own])
-        images.append(Image(pixels.picture(sums.mean()[:, own]), alpha, channels, error, sums.samples))
+        columns = slice(k * job.channels, (k + 1) * job.channels)
+        error = None if noise is None else pixels.picture(noise[:, columns])
+        images.append(Image(pixels.picture(sums.mean()[:, columns]), alpha, channels, error, sums.samples))
     return images[0], dict(zip(names, images[1:], strict=True))
 
 
@@ -87,13 +87,13 @@ class JacobianJob(NamedTuple):
     def computed(self) -> tuple[np.ndarray, list[np.ndarray]]:
         """The picture (H, W, C), and its derivatives (H, W, M) in the channels of the material, before `job.matrix`
         makes colours of them: by a number for each channel that of each channel by its own."""
-        job, own = self.job, self.job.own
+        job, channels = self.job, self.job.own
 
         def work(at: slice, start: int, stop: int) -> Found:
             several, met, holes = job.slopes(self.paths, at, start, stop)
-            return np.concatenate([x.reshape(len(met), own) for x in several], axis=-1), met, holes
+            return np.concatenate([x.reshape(len(met), channels) for x in several], axis=-1), met, holes
 
-        sums = PixelSums.zero(len(job.pixels.places), (1 + len(self.paths)) * own)
+        sums = PixelSums.zero(len(job.pixels.places), (1 + len(self.paths)) * channels)
         passes(sums, work, job.parts(), self.samples, None, None, None)
         warn_of_holes(sums.holes)
         light, *several = np.split(sums.mean(), 1 + len(self.paths), axis=-1)

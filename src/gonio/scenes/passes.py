@@ -1,4 +1,4 @@
-"""Pictures in passes: sums that grow, what they say about noise, and the file that they are kept in meanwhile."""
+"""Pictures in passes: sums that grow, their noise, and the file that they are kept in meanwhile."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Found = tuple[np.ndarray, np.ndarray, int]
 
 
 class PixelSums(NamedTuple):
-    """What all passes came to, for each pixel: radiance (N, C), samples that met the shape (N,), the sum of squares of
+    """Sums of all passes for each pixel: radiance (N, C), samples that met the shape (N,), the sum of squares of
     radiance over these (N, C); and in all: samples a pixel, passes, directions without data."""
 
     light: np.ndarray
@@ -130,10 +130,10 @@ class RenderCheckpoint(WorkFile):
         held = self.arrays(PixelSums._fields)
         if held is None:
             return sums
-        found = PixelSums(**held)
-        if any(a.shape != b.shape or a.dtype != b.dtype for a, b in zip(found, sums, strict=True)):
+        stored = PixelSums(**held)
+        if any(a.shape != b.shape or a.dtype != b.dtype for a, b in zip(stored, sums, strict=True)):
             raise FormatError(f"{self.path}: a checkpoint whose arrays have the wrong shapes; {ADVICE}")
-        return found
+        return stored
 
     def keep(self, sums: PixelSums, is_last: bool) -> None:
         """Write the sums, unless the last time was just now."""

@@ -111,8 +111,8 @@ class Stage(NamedTuple):
     def values(self, size: int) -> dict[str, Any]:
         """What kernels need of it, for pictures of so many pixels across."""
         camera = self.camera if self.is_centred else moved(self.camera, (-self.middle).tolist())
-        given = {"bodies": list(self.bodies), "camera": camera, "size": self.size}
-        return {**given, "scale": 2.0 * self.margin / size, "margin": self.margin, "part": 0.0}
+        scene = {"bodies": list(self.bodies), "camera": camera, "size": self.size}
+        return {**scene, "scale": 2.0 * self.margin / size, "margin": self.margin, "part": 0.0}
 
 
 def _holder(shape: Any) -> Mesh | Scene:
@@ -196,5 +196,5 @@ def _hulls(corners: np.ndarray) -> np.ndarray:
 
 
 def _placed(mesh: Mesh) -> np.ndarray:
-    found = mesh.places
-    return np.zeros((len(mesh.triangles.faces), 9)) if found is None else found
+    places = mesh.places
+    return np.zeros((len(mesh.triangles.faces), 9)) if places is None else places
