@@ -25,7 +25,7 @@ class Choice(NamedTuple):
 
 
 class GraphFacts:
-    """What is known of a graph before it is rewritten."""
+    """Facts about a graph before it is rewritten."""
 
     def __init__(self, graph: Graph, outputs: Sequence[int], fixed: Collection[int]):
         self.graph, self.outputs, self.fixed = graph, list(outputs), frozenset(fixed)
