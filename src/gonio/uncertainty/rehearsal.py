@@ -220,10 +220,10 @@ class Rehearsal:
             spread = np.abs(grid - grid.mean(axis=axes, keepdims=True)).reshape(self.table.shape)
             yield ErrorPart(f"only {name}", rows @ spread)
         else:
-            known = coefficients(self.m, of, n)
+            linear = coefficients(self.m, of, n)
             table = np.nan_to_num(by_channel(self.m.brdf(), self.m))
-            given = np.stack([known.of(c) @ table[:, c] for c in range(table.shape[1])], axis=1)
-            yield ErrorPart("missing", rows @ self.table - given)
+            at_nodes = np.stack([linear.of(c) @ table[:, c] for c in range(table.shape[1])], axis=1)
+            yield ErrorPart("missing", rows @ self.table - at_nodes)
 
     def _between(self, rows: sparse.csr_array, k: int, noisy: bool) -> Iterator[ErrorPart]:
         """Along an axis: by all nodes, and by the difference of every second one from the others."""

@@ -95,13 +95,13 @@ def around(m: Gridded, pairs: WeightedPairs) -> Around:
     corners = (1 if m.interpolation == "nearest" else 2) ** sum(axis.size > 1 for axis in m.layout)
     inputs = [np.ascontiguousarray(w) for w in (pairs.wi, pairs.wo)]
     outputs = (SCALAR,) * (2 * corners + len(m.layout) + 2)
-    found = [np.asarray(x) for x in batch.run(Task(_kernel, outputs, (3, 3)), m, inputs)]
-    closed = np.unravel_index(np.rint(found[:corners]).astype(np.int64), [axis.size for axis in m.layout])
+    arrays = [np.asarray(x) for x in batch.run(Task(_kernel, outputs, (3, 3)), m, inputs)]
+    closed = np.unravel_index(np.rint(arrays[:corners]).astype(np.int64), [axis.size for axis in m.layout])
     grid = [len(x) for x in m.axes.values()]
     node = np.ravel_multi_index([i % k for i, k in zip(closed, grid, strict=True)], grid)
-    *angles, served_, within = found[2 * corners :]
+    *angles, served_, within = arrays[2 * corners :]
     return Around(
-        node, np.asarray(found[corners : 2 * corners]), np.asarray(closed), np.asarray(angles), served_, within
+        node, np.asarray(arrays[corners : 2 * corners]), np.asarray(closed), np.asarray(angles), served_, within
     )
 
 

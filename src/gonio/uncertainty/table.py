@@ -93,10 +93,10 @@ class TableErrors:
         if not self.noisy:
             return errors
         noise = np.stack([self._noise_of(part) for part in parts], axis=-1)
-        known = np.array([part.of_values is not None for part in parts])
-        squares = (errors[..., known] ** 2).sum(axis=-1)
+        has_coefficients = np.array([part.of_values is not None for part in parts])
+        squares = (errors[..., has_coefficients] ** 2).sum(axis=-1)
         left = np.maximum(squares - (noise**2).sum(axis=-1), 0.0) / np.where(squares > 0.0, squares, 1.0)
-        return np.where(known, errors * np.sqrt(left)[..., None], errors)
+        return np.where(has_coefficients, errors * np.sqrt(left)[..., None], errors)
 
     @cached_property
     def rehearsal(self) -> Rehearsal:
