@@ -25,7 +25,7 @@ from gonio.compile.llvm import machine
 from gonio.compile.threads import share
 from gonio.evaluate import planning, tracing
 from gonio.machine.aside import apart
-from gonio.numerics.embree import Triangles as Packets
+from gonio.numerics.embree import EmbreeTriangles
 from gonio.uncertainty.table import _ledger as ledger
 
 CAMPAIGN = ROOT / "tests" / "tools" / "interrupting.py"
@@ -270,7 +270,7 @@ def test_parts_that_nobody_began_are_left_when_one_fails():
 
 def facets() -> Any:
     pytest.importorskip("embreex")
-    return Packets([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    return EmbreeTriangles([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
 def shown() -> Any:

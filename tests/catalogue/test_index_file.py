@@ -148,7 +148,5 @@ def test_the_unit_of_a_file_is_known(written):
 
 
 def test_load_says_what_reads_such_a_file(written):
-    with pytest.raises(
-        FormatError, match=r"a table of refractive indices; write gn\.Conductor"
-    ):
+    with pytest.raises(FormatError, match=r"a table of refractive indices; write gn\.Conductor"):
         gn.load(written(NK))

@@ -24,7 +24,7 @@ from face import functions
 import gonio as gn
 from gonio.cli.command import Command, Typed
 from gonio.cli.commands import cli
-from gonio.declared.arguments import Argument, Declared, arguments, checked
+from gonio.declared.arguments import Declared, FunctionArgument, arguments, checked
 from gonio.errors import ParameterError
 from gonio.facts.public import asked_of_one, forms
 
@@ -83,7 +83,9 @@ def test_help_fits_and_says_units(name):
     ],
 )
 def test_numbers_are_typed_in_the_units_of_people(declared, text, value):
-    assert Typed(Argument("a", (float,), 0.0, declared)).convert(text, None, None) == pytest.approx(value, rel=1e-12)
+    assert Typed(FunctionArgument("a", (float,), 0.0, declared)).convert(text, None, None) == pytest.approx(
+        value, rel=1e-12
+    )
 
 
 WRONG = [
@@ -152,7 +154,7 @@ def test_every_option_is_told_as_it_was_typed(name):
             assert kind.convert("none", parameter, None) is None
 
 
-def declared_arguments() -> list[Argument]:
+def declared_arguments() -> list[FunctionArgument]:
     """Those of public functions, readers and writers."""
     formats = [x for module in gn.formats().values() for x in (module.read, getattr(module, "write", None)) if x]
     every = (*functions().values(), *formats, gn.planning.Goniometer)

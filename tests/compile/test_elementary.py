@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gonio.compile.llvm.elementary import FUNCTIONS
-from gonio.compile.llvm.lanes import Lanes, Value
+from gonio.compile.llvm.lanes import IRValue, Lanes
 from gonio.compile.source import elementary as written
 from gonio.trace.costs import COSTS
 
@@ -39,7 +39,7 @@ def compiled(name, dtype, width):
     inputs = 2 if name in ("power", "arctan2") else 1
     v = Lanes(dtype, width)
     vector, real = v.types["real"], v.scalar["real"]
-    result = FUNCTIONS[name](v, *(Value("real", f"%x{k}") for k in range(inputs)))
+    result = FUNCTIONS[name](v, *(IRValue("real", f"%x{k}") for k in range(inputs)))
     loads = "\n".join(
         f"%p{k} = getelementptr {real}, ptr %in{k}, i64 %i\n%x{k} = load {vector}, ptr %p{k}, align 4"
         for k in range(inputs)

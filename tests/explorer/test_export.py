@@ -20,7 +20,7 @@ from gonio.explorer.given import Given
 
 @pytest.fixture(scope="module", autouse=True)
 def built():
-    files = {name: page.File(text.encode(), page.TYPES[Path(name).suffix]) for name, text in PAGE.items()}
+    files = {name: page.PageFile(text.encode(), page.TYPES[Path(name).suffix]) for name, text in PAGE.items()}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(page, "files", lambda: files)
         yield files
@@ -94,7 +94,7 @@ def test_a_page_that_was_not_built_whole(tmp_path, built):
     for name, change in (("explorer.js", None), ("index.html", b"<p>no head")):
         kept = built.pop(name)
         if change:
-            built[name] = page.File(change, "text/html")
+            built[name] = page.PageFile(change, "text/html")
         with pytest.raises(NotFoundError, match="npm run build"):
             export(tmp_path / "a.html", [Given("Lambertian(0.3)")])
         built[name] = kept

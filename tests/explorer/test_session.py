@@ -9,7 +9,7 @@ import pytest
 
 from gonio.errors import WorkerError
 from gonio.explorer import session
-from gonio.explorer.calls import CALLS, Call
+from gonio.explorer.calls import CALLS, PageCall
 from gonio.explorer.process import Process
 from gonio.explorer.session import Session
 
@@ -53,7 +53,7 @@ def workers(tmp_path, monkeypatch):
     monkeypatch.setattr(session, "BUSY", 0.2)
     monkeypatch.setattr(session, "FULL", 0.6)
     monkeypatch.setattr(session, "IDLE", 2.0)
-    monkeypatch.setitem(CALLS, "short", Call(lambda shelf: {}, 1.0))
+    monkeypatch.setitem(CALLS, "short", PageCall(lambda shelf: {}, 1.0))
     with Session([], tmp_path) as found:
         yield found, started
     assert all(popen.poll() is not None for popen in started)

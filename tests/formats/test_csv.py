@@ -181,7 +181,7 @@ def test_lines_of_numbers_are_read_without_cells(tmp_path, monkeypatch):
         found = loaded(tmp_path, text)
         assert bool(pieces) != plain
         with monkeypatch.context() as patch:
-            patch.setattr(numbers._Reader, "_plain", lambda *_: None)
+            patch.setattr(numbers._NumberReader, "_plain", lambda *_: None)
             by_cells = loaded(tmp_path, text)
         np.testing.assert_array_equal(found.stored, by_cells.stored)
         np.testing.assert_array_equal(found.rows, by_cells.rows)

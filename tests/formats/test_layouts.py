@@ -12,7 +12,7 @@ from format_cases import grid
 import gonio as gn
 from gonio.errors import FormatError, ParameterError
 from gonio.formats import formats
-from gonio.formats._layout import CHANNEL, HALVED, Axis, Layout
+from gonio.formats._layout import CHANNEL, HALVED, FileAxis, Layout
 from gonio.tables.angle_systems import ANGLES, SYSTEMS
 from gonio.tables.rows import ROW_ANGLES
 
@@ -30,7 +30,12 @@ def layouts() -> dict[str, Layout]:
 CONVENTIONS = {
     f"azimuths of sign {sign:g}, from {shift:g}{', around' * around}": Layout(
         "angles",
-        {"in": Axis("theta_i"), "az": Axis("phi", shift, sign, around=around), "c": CHANNEL, "out": Axis("theta_o")},
+        {
+            "in": FileAxis("theta_i"),
+            "az": FileAxis("phi", shift, sign, around=around),
+            "c": CHANNEL,
+            "out": FileAxis("theta_o"),
+        },
     )
     for sign, shift, around in product((1.0, -1.0), (0.0, 90.0, 180.0, -90.0), (False, True))
 }
@@ -62,7 +67,7 @@ def test_a_layout_is_whole(name):
         assert any(names <= {*named} for names in known) and layout.unit == "deg"
 
 
-def nodes_of(axis: Axis, half: bool) -> np.ndarray:
+def nodes_of(axis: FileAxis, half: bool) -> np.ndarray:
     """Uneven nodes of gonio's axis [rad]."""
     if ANGLES[axis.name].highest is not None:
         return np.radians([0.0, 12.5, 40.0, 71.0])
@@ -111,16 +116,16 @@ TINY = """
 import math
 from ..base.reflectance import Reflectance
 from ..tables.gridded import Gridded
-from ._layout import CHANNEL, Axis, Layout
-from ._optical.angle_tables import Asked, Step, tabulated
+from ._layout import CHANNEL, FileAxis, Layout
+from ._optical.angle_tables import GridRequest, Step, tabulated
 from ._reading import plain_text
 
 NAME, SUFFIXES, DESCRIPTION, ORACLE = "tiny", (".tiny",), "made up", "nothing"
 LAYOUT = Layout("angles", {
-    "turn": Axis("phi", 180.0, around=True, usual=lambda usual: usual.circle),
-    "in": Axis("theta_i", usual=lambda usual: usual.theta_i),
+    "turn": FileAxis("phi", 180.0, around=True, usual=lambda usual: usual.circle),
+    "in": FileAxis("theta_i", usual=lambda usual: usual.theta_i),
     "channel": CHANNEL,
-    "out": Axis("theta_o", usual=lambda usual: usual.theta_o),
+    "out": FileAxis("theta_o", usual=lambda usual: usual.theta_o),
 })
 
 def matches(head, size):
@@ -136,7 +141,7 @@ def read(path) -> Gridded:
     return Gridded(LAYOUT.system, axes, f[..., 0], mirrored=mirrored, path=str(path))
 
 def write(m: Reflectance, path, step: Step = None) -> None:
-    angles, values = LAYOUT.written(*tabulated(LAYOUT, m, Asked({}, step, None)))
+    angles, values = LAYOUT.written(*tabulated(LAYOUT, m, GridRequest({}, step, None)))
     rows = [*angles.values(), *values.reshape(-1, values.shape[3])]
     plain_text.write(path, ["TINY\\n"], [list(row) for row in rows])
 """

@@ -25,7 +25,7 @@ from gonio.cli import tables
 from gonio.cli.commands import cli
 from gonio.conversion import comparison
 from gonio.declared import discover
-from gonio.declared.arguments import LARGEST, Argument, Declared
+from gonio.declared.arguments import LARGEST, Declared, FunctionArgument
 from gonio.errors import NotFoundError, ParameterError, TooLargeError
 from gonio.facts.format_table import format_table
 from gonio.formats import DEMANDED, _options, formats
@@ -64,7 +64,7 @@ def scalars(kind: Any) -> list[Any]:
     return [scalar for of in inner for scalar in scalars(of)] if inner else [kind]
 
 
-def bad_values(option: Argument) -> list[Any]:
+def bad_values(option: FunctionArgument) -> list[Any]:
     d, kinds = option.declared, {scalar for kind in option.kinds for scalar in scalars(kind)}
     found = [*NEVER, *([None] if option.default is not None else [])]
     if len(kinds) == 1:
@@ -163,7 +163,7 @@ NEEDED = {"pab-opto": {"incident": (0.3, 0.0)}, "RGL": {"resolution": 4}, "SCATF
 NEEDED |= {name: {"wavelengths": [550.0]} for name in ("BRF table", "OpenMATERIAL", "Speos")}
 
 
-def at_the_bounds(option: Argument) -> list[Any]:
+def at_the_bounds(option: FunctionArgument) -> list[Any]:
     """Values that `option` may have; the largest of SCATFUN and of trees take minutes."""
     d, kind = option.declared, option.kinds[0]
     ends = [x for x in (d.low, d.high) if (math.isfinite(x) and x < 2048) or x == 1e9]

@@ -30,7 +30,7 @@ from gonio.errors import Error, FormatError, ParameterError
 from gonio.formats import formats, load, save, window_xml
 from gonio.formats.window_xml import tree_nodes, xml_document
 from gonio.formats.window_xml.klems import FULL, QUARTER, AngleBasis, Klems
-from gonio.formats.window_xml.numbers import Numbers
+from gonio.formats.window_xml.numbers import NumberText
 from gonio.formats.window_xml.tensor_tree import TensorTree
 from gonio.pictures.colour import RELATIVE_XYZ, WHITE, XYZ
 
@@ -149,7 +149,7 @@ def test_files_are_read_in_parts(bytes_at_once, tmp_path, monkeypatch):
 @pytest.mark.parametrize("characters", [1, 2, 5, 11])
 def test_numbers_and_braces_come_in_parts(characters):
     text = " {{1.25,-3e-5\t7 }\n{ nan 2\r\n} }{4}5"
-    whole, parts = Numbers(), Numbers()
+    whole, parts = NumberText(), NumberText()
     whole.add(text)
     for start in range(0, len(text), characters):
         parts.add(text[start : start + characters])

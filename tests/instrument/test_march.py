@@ -10,11 +10,11 @@ from gonio.arrays import ops
 from gonio.arrays.kinds import SCALAR, VECTOR
 from gonio.evaluate.computation import Computation, composite
 from gonio.formula.direction import Direction
-from gonio.instrument.march import FAR, NEAR, SECTORS, Place, march, tables
+from gonio.instrument.march import FAR, NEAR, SECTORS, RayPlace, march, tables
 
 
 def _walk(scene, mean, spot, inside, w):
-    place, right, met, left = march(scene, Place(spot[0], spot[1], inside[0], inside[1], spot[2]), Direction(*w))
+    place, right, met, left = march(scene, RayPlace(spot[0], spot[1], inside[0], inside[1], spot[2]), Direction(*w))
     hit = ops.where(met, 1.0, ops.where(left, 0.0, -1.0))
     return (place.column, place.row, place.z), (place.u, place.v, right), hit
 

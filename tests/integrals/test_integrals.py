@@ -19,7 +19,7 @@ from gonio.integrals import by_polar_angle, factor_between, over_directions
 from gonio.integrals.cones import Cone, Rings, overlap
 from gonio.numerics import quadrature
 from gonio.numerics.lattice import lattice
-from gonio.numerics.quadrature import Integrals, Sums, cubature, place, weighed
+from gonio.numerics.quadrature import CellSums, Integrals, cubature, place, weighed
 
 PI = math.pi
 GRAZING = math.radians(89.99)
@@ -423,7 +423,7 @@ def test_the_tolerance_goes_with_the_light():
 def integral(f, tolerance=1e-6, seam=0.0, seeds=None, **options):
     def evaluate(rows, cells):
         u, area = place(cells.T[..., None], quadrature.NODES.T)
-        return Sums(weighed((f(*u) * area)[..., None]), 0.0, 0.0)
+        return CellSums(weighed((f(*u) * area)[..., None]), 0.0, 0.0)
 
     found = cubature(evaluate, 1, quadrature.Goal(tolerance, **options), seam, seeds)
     return found.value[0, 0], found.error[0]

@@ -15,7 +15,7 @@ from gonio.declared import discover
 from gonio.evaluate.factors import factors
 from gonio.formula import tree
 from gonio.formula.fields import Param
-from gonio.integrals.maps.rows import Rows
+from gonio.integrals.maps.rows import MaterialRows
 
 SUN = on_sphere(0.6, 0.3)
 WIDE = gn.Cone(on_sphere(0.4, 1.0), 0.5)
@@ -72,13 +72,13 @@ def test_blue_sky_and_several_suns() -> None:
 def test_few_places_are_integrated(monkeypatch: pytest.MonkeyPatch) -> None:
     """As many as there are products; and all from few where the formula is no sum of them."""
     counts: list[int] = []
-    integrals = Rows.integrals
+    integrals = MaterialRows.integrals
 
     def counted(self: Any, rows: np.ndarray, *rest: Any) -> Any:
         counts.append(len(rows))
         return integrals(self, rows, *rest)
 
-    monkeypatch.setattr(Rows, "integrals", counted)
+    monkeypatch.setattr(MaterialRows, "integrals", counted)
     gn.albedo(ross_li(50, 40, 3), SUN)
     assert sum(counts) == 3
     counts.clear()

@@ -105,7 +105,7 @@ def without_embree(monkeypatch):
     def missing(*_, **__):
         raise DependencyError("not installed")
 
-    monkeypatch.setattr(by_rays, "Packets", missing)
+    monkeypatch.setattr(by_rays, "EmbreeTriangles", missing)
     monkeypatch.setitem(sys.modules, "gonio.rays.embree", None)
 
 

@@ -10,10 +10,10 @@ from places import real
 
 import gonio as gn
 from gonio.layers import adding, facets, interfaces, media
-from gonio.layers.base import LEAST, Pairs, _series
-from gonio.layers.grid import Grid, grid
+from gonio.layers.base import LEAST, NodePairs, _series
+from gonio.layers.grid import NodeGrid, grid
 
-TWO_FLUX = Grid(np.array([0.75]), np.array([0.5]), ((1.0, 1),))
+TWO_FLUX = NodeGrid(np.array([0.75]), np.array([0.5]), ((1.0, 1),))
 """One node, at cosine 1/2, with the etendue of the whole hemisphere."""
 
 
@@ -118,7 +118,7 @@ def test_fourier_coefficients_are_those_of_layerlabs_rough_gold():
     i, o = np.indices((half, half)).reshape(2, -1)
     s = np.sqrt(np.maximum(1.0 - above * above, 1e-30))
     k = interfaces.classes(interfaces.poles(s, above[i] + above[o], i, o, 0.2), LEAST)
-    red = _series(model, above, Pairs(i, o, k), range(orders), None)[0].reshape(orders, half, half) * above[:, None]
+    red = _series(model, above, NodePairs(i, o, k), range(orders), None)[0].reshape(orders, half, half) * above[:, None]
     red /= np.pi * np.where(np.arange(orders) == 0, 2.0, 1.0)[:, None, None]
     exact = model.f(gn.direction(np.arccos(above[4:, None]), math.pi), gn.direction(np.arccos(above[4:]), 0.0))[..., 0]
     np.testing.assert_allclose(red[:, 4:, 4:].sum(axis=0), exact * above[4:, None], rtol=1e-6, atol=1e-7)

@@ -12,7 +12,7 @@ from gonio.arrays.kinds import SCALAR, TOTAL
 from gonio.errors import ArrayTypeError, ParameterError, ShapeError, TraceError
 from gonio.evaluate import batch, tracing
 from gonio.evaluate.computation import Computation, composite
-from gonio.numerics.embree import Triangles
+from gonio.numerics.embree import EmbreeTriangles
 
 pytest.importorskip("embreex")
 RNG = np.random.default_rng(4)
@@ -54,7 +54,7 @@ SHOT = Computation(kernel, {"o": 3, "d": 3}, dict.fromkeys(("t", "u", "v", "numb
 @pytest.mark.parametrize("robust", [False, True])
 def test_every_ray_meets_its_triangle(evaluation, dtype, count, robust):
     o, d = ORIGINS[:count].astype(dtype), DIRECTIONS[:count].astype(dtype)
-    scene = composite(mesh=Fixed(Triangles(VERTICES, CORNERS, robust).handle), near=NEAR)
+    scene = composite(mesh=Fixed(EmbreeTriangles(VERTICES, CORNERS, robust).handle), near=NEAR)
     gc.collect()  # the handle keeps the triangles
     found = SHOT(scene, o=o, d=d)
     want, margin = by_numpy(o.astype(float), d.astype(float))
@@ -78,7 +78,7 @@ def test_rays_in_a_loop(evaluation):
         _, count = ops.loop(step, 0.0 * o[0], 0.0)
         return (count,)
 
-    scene = composite(mesh=Fixed(Triangles(VERTICES, CORNERS).handle))
+    scene = composite(mesh=Fixed(EmbreeTriangles(VERTICES, CORNERS).handle))
     o, d = (x.astype("float32")[:200] for x in (ORIGINS, DIRECTIONS))
     found = Computation(crossed, {"o": 3, "d": 3}, {"count": SCALAR})(scene, o=o, d=d)["count"]
     a, b, c = (VERTICES[CORNERS[:, k]].astype(float) for k in range(3))
@@ -98,7 +98,7 @@ def test_shadows_in_sums(evaluation):
 
     w = RNG.normal(size=(1, 333, 3)).astype("float32")
     p = RNG.uniform(-0.5, 0.5, (700, 1, 3)).astype("float32")
-    scene = composite(mesh=Fixed(Triangles(VERTICES, CORNERS).handle), gain=[1.0, 2.0])
+    scene = composite(mesh=Fixed(EmbreeTriangles(VERTICES, CORNERS).handle), gain=[1.0, 2.0])
     found = Computation(seen, {"p": 3, "w": 3}, {"sum": TOTAL})(scene, p=p, w=w)["sum"]
     np.testing.assert_array_equal(found[:, 1], 2.0 * found[:, 0])
     for k in range(0, 700, 100):
@@ -108,16 +108,16 @@ def test_shadows_in_sums(evaluation):
 
 def test_refusals():
     with pytest.raises(ShapeError, match=r"vertices: got shape \(0, 3\), expected \(n, 3\)"):
-        Triangles(np.zeros((0, 3)), CORNERS)
+        EmbreeTriangles(np.zeros((0, 3)), CORNERS)
     with pytest.raises(ShapeError, match="triangles: got shape"):
-        Triangles(VERTICES, CORNERS.reshape(-1))
+        EmbreeTriangles(VERTICES, CORNERS.reshape(-1))
     with pytest.raises(ParameterError, match="whole numbers of vertices"):
-        Triangles(VERTICES, CORNERS.astype(float))
+        EmbreeTriangles(VERTICES, CORNERS.astype(float))
     for bad in (-1, 90):
         with pytest.raises(ParameterError, match=f"vertex number {bad}, expected 0 to 89"):
-            Triangles(VERTICES, np.array([[0, 1, bad]]))
+            EmbreeTriangles(VERTICES, np.array([[0, 1, bad]]))
     with pytest.raises(ParameterError, match="NaN or infinite"):
-        Triangles(np.full((3, 3), np.nan), np.array([[0, 1, 2]]))
+        EmbreeTriangles(np.full((3, 3), np.nan), np.array([[0, 1, 2]]))
     torch = pytest.importorskip("torch")
     x = torch.zeros(3)
     with pytest.raises(ArrayTypeError, match="rays are shot by NumPy arrays alone; got torch"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gonio.errors import ParameterError, ShapeError
-from gonio.rays.tree import Tree
+from gonio.rays.tree import BoxTree
 from gonio.rays.triangles import Triangles
 
 
@@ -52,7 +52,7 @@ def way(request, monkeypatch):
 
 def test_first_hits(way):
     mesh = Triangles(*bumpy())
-    assert isinstance(mesh._caster, Tree) == (way == "tree")
+    assert isinstance(mesh._caster, BoxTree) == (way == "tree")
     o, d = rays(2000)
     face, distance = one_by_one(mesh, o, d)
     hits = mesh.shoot(o, d)
@@ -80,7 +80,7 @@ def test_occluded_up_to_a_distance(way):
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 9])
 def test_trees_of_few_triangles(count):
     x = np.arange(count)[:, None, None] * np.array([2.0, 0.0, 0.0]) + np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
-    mesh = Tree(x.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+    mesh = BoxTree(x.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
     o = np.array([[2.0 * i + 0.2, 0.2, 1.0] for i in range(count)])
     d = np.tile([0.0, 0.0, -1.0], (count, 1))
     np.testing.assert_array_equal(mesh.face(o, d, np.full(count, 9.0)), np.arange(count))

@@ -523,9 +523,9 @@ def test_curves_have_gaps_where_nothing_is_known():
 
 
 def test_axes():
-    assert chart.Axis(0.0, 1.0).numbers() == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
-    assert chart.Axis(0.01, 300.0, log=True).numbers() == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0])
-    assert chart.Axis(0.2, 0.9, log=True).numbers() == pytest.approx([0.2, 0.5])
+    assert chart.ChartAxis(0.0, 1.0).numbers() == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
+    assert chart.ChartAxis(0.01, 300.0, log=True).numbers() == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0])
+    assert chart.ChartAxis(0.2, 0.9, log=True).numbers() == pytest.approx([0.2, 0.5])
     assert chart.fitting([np.nan, 0.0], "").high == 1.0 and not chart.fitting([1.0, 2.0], "").log
     assert [chart.number(x) for x in (0.0, -30.0, 1e-5, 2.5e7)] == ["0", "−30", "10⁻⁵", "2.5·10⁷"]
 

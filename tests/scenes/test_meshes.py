@@ -157,7 +157,7 @@ def test_pictures_by_the_own_tree_are_the_same_wherever_a_scene_is(monkeypatch):
     def missing(*_):
         raise DependencyError("not installed")
 
-    monkeypatch.setattr(_bodies, "Triangles", missing)
+    monkeypatch.setattr(_bodies, "EmbreeTriangles", missing)
     here = elsewhere(0.0, lamps=1)
     np.testing.assert_allclose(elsewhere(1e7, lamps=1), here, atol=1e-4 * here.mean())
 
@@ -303,7 +303,7 @@ def test_the_own_tree_finds_what_embree_finds(monkeypatch):
     def missing(*_):
         raise DependencyError("not installed")
 
-    monkeypatch.setattr(_bodies, "Triangles", missing)
+    monkeypatch.setattr(_bodies, "EmbreeTriangles", missing)
     by_tree = gn.render(gn.Lambertian(0.5), shape=gn.scenes.Mesh(ball(12)), **arguments)
     np.testing.assert_allclose(by_tree.pixels, by_embree.pixels, atol=1e-3)
     np.testing.assert_allclose(by_tree.pixels.mean(), by_embree.pixels.mean(), rtol=1e-5)

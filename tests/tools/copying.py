@@ -17,7 +17,7 @@ import numpy as np
 from gonio.compile import plans
 from gonio.compile.llvm import machine
 from gonio.compile.llvm.program import EACH
-from gonio.compile.plans import Data, Plan, Result, carry_out, prepare
+from gonio.compile.plans import Data, KernelPlan, Result, carry_out, prepare
 from gonio.trace.graph import REAL, Graph
 
 SIZES = (1, 3, 4, 7, 8, 15, 16, 17, 31, 32, 33, 64, 100, 1000, 4133)
@@ -40,7 +40,7 @@ def layouts(x: np.ndarray) -> list[np.ndarray]:
     return [placed(x, 0), placed(x, x.itemsize), np.asfortranarray(x), wide[:, 1:-1], placed(x[::-1], 4)[::-1]]
 
 
-def copying(x: np.ndarray) -> Plan:
+def copying(x: np.ndarray) -> KernelPlan:
     """The components in reverse, whether each is positive, and the first alone."""
     graph, width = Graph(), x.shape[1]
     loads = [graph.load(0, c) for c in range(width)]

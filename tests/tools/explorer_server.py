@@ -49,7 +49,8 @@ def slow(shelf):
     time.sleep(3.0)
     return {}
 
-calls.CALLS.update({f.__name__: calls.Call(f, 1.0) for f in (crash, hang, exhaust)}, slow=calls.Call(slow, 60.0))
+calls.CALLS.update({f.__name__: calls.PageCall(f, 1.0) for f in (crash, hang, exhaust)})
+calls.CALLS.update(slow=calls.PageCall(slow, 60.0))
 """
 
 
@@ -58,7 +59,7 @@ def main() -> None:
     from gonio.cli.commands import main as command_line
     from gonio.explorer import connections, page, process
 
-    files = {name: page.File(text.encode(), page.TYPES[Path(name).suffix]) for name, text in PAGE.items()}
+    files = {name: page.PageFile(text.encode(), page.TYPES[Path(name).suffix]) for name, text in PAGE.items()}
     page.files = lambda: files
     connections.PATIENCE = 2.0
     python, unsafe, code, text = process.command()

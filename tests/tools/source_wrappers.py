@@ -10,7 +10,7 @@ import numpy as np
 from source_cases import Call, Case
 
 from gonio.bridges.source import LANGUAGES
-from gonio.compile.source.language import Language, Vector
+from gonio.compile.source.language import Language, NamedVector
 from gonio.trace.graph import MASK, REAL
 
 GIVEN = (3, 3)
@@ -23,9 +23,9 @@ class Wrapped(NamedTuple):
     results: list[str]
 
 
-def vectors(call: Call) -> list[Vector]:
+def vectors(call: Call) -> list[NamedVector]:
     """The results of a function."""
-    return [Vector(name, width, MASK if name == "delta" else REAL) for name, width in call.widths.items()]
+    return [NamedVector(name, width, MASK if name == "delta" else REAL) for name, width in call.widths.items()]
 
 
 def wrapped(case: Case, call: Call, given: Callable[[int, int], str], parameter: Callable[[int], str]) -> Wrapped:
@@ -33,12 +33,12 @@ def wrapped(case: Case, call: Call, given: Callable[[int, int], str], parameter:
     language = LANGUAGES[case.source.language]
     lines, names = [], []
     for k, values in enumerate(call.arguments):
-        v = Vector(f"given{k}", values.shape[1])
+        v = NamedVector(f"given{k}", values.shape[1])
         lines.append(declared(language, v, [given(k, i) for i in range(v.width)]))
         names.append(v.name)
     place = 0
     for argument in case.source.arguments:
-        v = Vector(f"of_{argument.name}", argument.width)
+        v = NamedVector(f"of_{argument.name}", argument.width)
         lines.append(declared(language, v, [parameter(place + i) for i in range(v.width)]))
         names.append(v.name)
         place += argument.width
@@ -46,11 +46,11 @@ def wrapped(case: Case, call: Call, given: Callable[[int, int], str], parameter:
     called = f"{case.source.name}_{call.function}"
     if language.name == "wgsl":
         lines.append(f"let found = {called}({', '.join(names)});")
-        found = [Vector("found" if len(results) == 1 else f"found.{v.name}", v.width, v.kind) for v in results]
+        found = [NamedVector("found" if len(results) == 1 else f"found.{v.name}", v.width, v.kind) for v in results]
         numbers = [language.component(v, i) for v in found for i in range(v.width)]
         masks = [v.kind == MASK for v in found for _ in range(v.width)]
         return Wrapped(lines, [f"select(0.0, 1.0, {x})" if m else x for x, m in zip(numbers, masks, strict=True)])
-    found = [Vector(f"found_{v.name}", v.width, v.kind) for v in results]
+    found = [NamedVector(f"found_{v.name}", v.width, v.kind) for v in results]
     if len(results) == 1 and (language.type(results[0].width) or language.returns_arrays):
         lines.append(f"{language.type(results[0].width)} {found[0].name} = {called}({', '.join(names)});")
     else:
@@ -63,7 +63,7 @@ def wrapped(case: Case, call: Call, given: Callable[[int, int], str], parameter:
     return Wrapped(lines, [f"float({x})" if language.name != "c" else x for x in numbers])
 
 
-def declared(language: Language, v: Vector, values: Sequence[str]) -> str:
+def declared(language: Language, v: NamedVector, values: Sequence[str]) -> str:
     """A new variable of some values."""
     if language.name == "wgsl":
         return f"let {v.name} = {language.built(v, values)};"

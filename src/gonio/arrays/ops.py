@@ -73,9 +73,9 @@ unit = _elementary("unit", "unit(x, like): the upper 24 bits of a whole number a
 def nearest(table: Array, o: Sequence[Array], d: Sequence[Array], near: Array, far: Array) -> tuple[Array, ...]:
     """The nearest triangle that rays meet: (t, u, v, its number), t = infinity and 0 else where they meet none.
 
-    `table`: the handle of `numerics.embree.Triangles`. A ray is o + t d with near < t < far, its origin and direction
-    of three components each; it meets the triangle (a, b, c) at a + u (b - a) + v (c - a). Computed in float32. No
-    derivative passes: compute t anew from the triangle where there is to be one.
+    `table`: the handle of `numerics.embree.EmbreeTriangles`. A ray is o + t d with near < t < far, its origin and
+    direction of three components each; it meets the triangle (a, b, c) at a + u (b - a) + v (c - a). Computed in
+    float32. No derivative passes: compute t anew from the triangle where there is to be one.
     """
     return _shoot("nearest", table, o, d, near, far)
 

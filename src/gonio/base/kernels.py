@@ -46,7 +46,7 @@ def value(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
 
 
 def together(m: Hooks) -> list[list[tuple[Any, Any]]]:
-    """The lobes with their weights, in groups: a lobe with the next one, where they share what is drawn."""
+    """The lobes with their weights, in groups: a lobe with the next one, where they share a draw."""
     groups: list[list[tuple[Any, Any]]] = []
     shared = False
     for pair in m.lobes():
@@ -116,7 +116,7 @@ def reradiation(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
 
 
 def shares_of(mean: Hooks, wo: Direction) -> list[tuple[Any, Hooks]]:
-    """The lobes, each with the probability of being sampled; of those that share what is drawn the first one."""
+    """The lobes, each with the probability of being sampled; of those that share a draw the first one."""
     lobes = [group[0] for group in together(mean)]
     if len(lobes) == 1:
         return [(1.0, lobes[0][1])]
@@ -216,9 +216,9 @@ def upright(*directions: Direction) -> tuple[Any, ...]:
     wo = directions[-1]
     behind = wo.z < 0.0
     back = ops.where(behind, 1.0 + 0.0 * wo.z, 0.0 * wo.z)
-    turned = [turned_over(behind, w) for w in directions]
-    hidden = turned[-1].z <= HORIZON
-    return (back, hidden, *turned[:-1], select(hidden, NORMAL, turned[-1]))
+    flipped = [turned_over(behind, w) for w in directions]
+    hidden = flipped[-1].z <= HORIZON
+    return (back, hidden, *flipped[:-1], select(hidden, NORMAL, flipped[-1]))
 
 
 def turned_over(back: Any, w: Direction) -> Direction:
@@ -264,27 +264,27 @@ def third_of(u0: Any, u1: Any) -> Any:
     return winds - ops.floor(winds)
 
 
-class _Choice(NamedTuple):
-    """What is drawn so far: a direction, whether it is from a delta lobe and with which weight, whether it is lost."""
+class _Draw(NamedTuple):
+    """A draw among lobes: a direction, whether it is from a delta lobe and with which weight, whether it is lost."""
 
     wi: Direction
     mirrored: Any
     weight: Any
     lost: Any
 
-    def unless(self, here: Any, other: _Choice) -> _Choice:
+    def unless(self, here: Any, other: _Draw) -> _Draw:
         """The other one where the condition holds."""
         wi = select(here, other.wi, self.wi)
         rest = zip(other[1:], self[1:], strict=True)
-        return _Choice(wi, *(ops.where(here, a, b) for a, b in rest))
+        return _Draw(wi, *(ops.where(here, a, b) for a, b in rest))
 
 
-def _choice(lobe: Hooks, factor: Any, chromatic: Hooks, wo: Direction, u: tuple[Any, Any]) -> _Choice:
+def _choice(lobe: Hooks, factor: Any, chromatic: Hooks, wo: Direction, u: tuple[Any, Any]) -> _Draw:
     """What a lobe draws; `factor`: its weight over the probability of choosing it."""
     never, none = u[0] < -1.0, 0.0 * wo.z
     wi = lobe.mirrored(wo) if lobe.is_delta else lobe.warp(wo, *u)
     lost = ~on_its_side(lobe, wi)[0]
-    return _Choice(wi, ~never, factor * chromatic.mirror(wo), lost) if lobe.is_delta else _Choice(wi, never, none, lost)
+    return _Draw(wi, ~never, factor * chromatic.mirror(wo), lost) if lobe.is_delta else _Draw(wi, never, none, lost)
 
 
 def _sample_of_lobes(m: Hooks, mean: Hooks, wo: Direction, u0: Any, u1: Any, u2: Any = None) -> tuple[Any, ...]:
@@ -302,9 +302,9 @@ def _sample_of_lobes(m: Hooks, mean: Hooks, wo: Direction, u0: Any, u1: Any, u2:
     u1 = ops.where(u1 >= 1.0, _BELOW_ONE, u1)
     chooser = u0 if u2 is None else u2
     aside = third_of(u0, u1)
-    found: Any = None
+    draw: Any = None
     for (share, _), group, colours in zip(shares, together(mean), together(m), strict=True):
-        v = chooser if found is None and len(shares) == 1 else ops.maximum((chooser - start) / share, 0.0)
+        v = chooser if draw is None and len(shares) == 1 else ops.maximum((chooser - start) / share, 0.0)
         u = (ops.minimum(u0 if u2 is not None else v, _BELOW_ONE), u1)
         drawn = [
             _choice(x, factor / share, colour, wo_up, u)
@@ -313,9 +313,9 @@ def _sample_of_lobes(m: Hooks, mean: Hooks, wo: Direction, u0: Any, u1: Any, u2:
         part = drawn[0]
         if len(group) == 2:
             part = drawn[1].unless((aside if u2 is None else v) < group[0][1].chance(part.wi, wo_up), part)
-        found = part if found is None else found.unless(chooser >= start, part)
+        draw = part if draw is None else draw.unless(chooser >= start, part)
         start = start + share
-    wi, mirrored, delta_weight, lost = found
+    wi, mirrored, delta_weight, lost = draw
     lost = lost | hidden
     wi_safe = select(lost, NORMAL, wi)
     pdf = _density(mean, shares, wi_safe, wo_up)

@@ -67,8 +67,8 @@ def require_numbers(m: Parametrised, call: str) -> None:
 
 def mapped(m: Parametrised) -> dict[str, Any]:
     """The parts of a composite for kernels that call `placed`: `material`, and its `maps`, if it has textures."""
-    found: dict[str, Any] | None = m._derived.get(mapped)
-    if found is None:
+    parts: dict[str, Any] | None = m._derived.get(mapped)
+    if parts is None:
         if m._labels is not None and textures(m):
             rule = "expected plain arrays: x.values"
             raise ArrayTypeError(f"{type(m).__name__}: a texture beside parameters whose axes have names; {rule}")
@@ -80,8 +80,8 @@ def mapped(m: Parametrised) -> dict[str, Any]:
         plain = tree.rebuilt(
             m, lambda _, __, value: float(value.texels.flat[0]) if isinstance(value, Texture) else value
         )
-        found = m._derived[mapped] = {"material": plain} | ({"maps": maps} if maps else {})
-    return found
+        parts = m._derived[mapped] = {"material": plain} | ({"maps": maps} if maps else {})
+    return parts
 
 
 def placed(scene: Any, u: Any, v: Any, merged: bool = False) -> Any:
@@ -102,9 +102,9 @@ _PLACED = Task(_value, (VALUE,), (3, 3, 2))
 
 def value(m: Parametrised, wi: Any, wo: Any, uv: Any, out: np.ndarray | None) -> Any:
     """f at places, see `Calls.f`."""
-    found = textures(m)
-    checked_places(uv, [*found.values()])
-    if not all(texture.is_fixed for texture in found.values()):
+    by_path = textures(m)
+    checked_places(uv, [*by_path.values()])
+    if not all(texture.is_fixed for texture in by_path.values()):
         return batch.run(kernels.F, at(m, uv), (wi, wo), out)[0]
     whole = m._derived.get(value)
     if whole is None:
@@ -114,9 +114,9 @@ def value(m: Parametrised, wi: Any, wo: Any, uv: Any, out: np.ndarray | None) ->
 
 def at(m: M, uv: Any) -> M:
     """The material with the numbers at places, see `Reflectance.at`."""
-    found = textures(m)
-    lib, places = checked_places(uv, [*found.values()])
-    known = lib.known(places)
-    if known is not None and not np.isfinite(known).all():
+    by_path = textures(m)
+    lib, places = checked_places(uv, [*by_path.values()])
+    numbers = lib.known(places)
+    if numbers is not None and not np.isfinite(numbers).all():
         raise ParameterError(f"at(uv={shown(uv)}): NaN or infinite; expected numbers u and v of each place")
-    return m._with_paths([(path, path, texture.at(uv)) for path, texture in found.items()])
+    return m._with_paths([(path, path, texture.at(uv)) for path, texture in by_path.items()])

@@ -14,7 +14,7 @@ from ..formula import tree
 from ..formula.parametrised import Parametrised
 from ..formula.texture import Texture
 from ..integrals.illumination import as_lights
-from ..scenes.jacobian import Slopes, derived
+from ..scenes.jacobian import JacobianJob, derived
 from ..scenes.rendering import colours_of, lights_of, render
 
 T = TypeVar("T", bound=Parametrised)
@@ -24,7 +24,7 @@ class Pictures:
     """Pictures of a material under lights as a function of those of their numbers that are arrays of a library.
 
     `numbers`: these arrays, by paths such as "distribution.alpha_x" and "lights.0.scale". `is_array`: whether a number
-    is an array of the library; `is_derived`: whether the library derives by it; `known`: NumPy's array of one.
+    is an array of the library; `is_derived`: whether the library derives by it; `to_numpy`: NumPy's array of one.
     `settings`: what else `gn.render` makes a picture by.
     """
 
@@ -34,7 +34,7 @@ class Pictures:
         lights: Light | Iterable[Light] | None,
         is_array: Callable[[Any], bool],
         is_derived: Callable[[Any], bool],
-        known: Callable[[Any], Any],
+        to_numpy: Callable[[Any], Any],
         settings: dict[str, Any],
     ):
         self.settings = settings
@@ -49,26 +49,28 @@ class Pictures:
                     rule = "a picture has no derivative by all of its texels; expected plain ones"
                     raise ParameterError(f"render: {prefix}{path} is a texture, and {rule}; m.f(wi, wo, uv=uv) has one")
                 if isinstance(value, Texture) and is_array(value.texels):
-                    changes[path] = value.with_texels(known(value.texels))
+                    changes[path] = value.with_texels(to_numpy(value.texels))
                 elif is_array(value):
                     self.numbers[prefix + path] = value
                     changes[path] = _number(np.ones(tuple(value.shape)))
             return tree.with_values(of, changes) if changes else of
 
         self._m = plain(m, "")
-        given = None if lights is None else as_lights(lights)
-        self._lights = given and [plain(x, f"lights.{i}.") for i, x in enumerate(given)]
+        sources = None if lights is None else as_lights(lights)
+        self._lights = sources and [plain(x, f"lights.{i}.") for i, x in enumerate(sources)]
 
     def at(self, values: Sequence[Any]) -> tuple[Reflectance, list[Light] | None]:
         """The material and its lights with these for `numbers`. Raises ParameterError outside their bounds."""
-        given = {path: _number(value) for path, value in zip(self.numbers, values, strict=True)}
-        m = self._m.replace({path: x for path, x in given.items() if not path.startswith("lights.")})
+        by_path = {path: _number(value) for path, value in zip(self.numbers, values, strict=True)}
+        m = self._m.replace({path: x for path, x in by_path.items() if not path.startswith("lights.")})
         if self._lights is None:
             return m, None
         lights = []
         for i, light in enumerate(self._lights):
             prefix = f"lights.{i}."
-            lights.append(light.replace({k.removeprefix(prefix): x for k, x in given.items() if k.startswith(prefix)}))
+            lights.append(
+                light.replace({k.removeprefix(prefix): x for k, x in by_path.items() if k.startswith(prefix)})
+            )
         return m, lights
 
     @property
@@ -81,10 +83,10 @@ class Pictures:
     def picture(self, values: Sequence[Any]) -> np.ndarray:
         """The picture (H, W, C)."""
         m, lights = self.at(values)
-        found: np.ndarray = render(m, lights, **self.settings).pixels
-        return found
+        pixels: np.ndarray = render(m, lights, **self.settings).pixels
+        return pixels
 
-    def slopes(self, values: Sequence[Any] | None, by: Sequence[int]) -> Slopes:
+    def slopes(self, values: Sequence[Any] | None, by: Sequence[int]) -> JacobianJob:
         """The picture to be computed with its derivatives by some of `numbers`. None: of any values, to see what shape
         it has."""
         m, lights = (self._m, self._lights) if values is None else self.at(values)

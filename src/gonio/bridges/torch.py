@@ -106,19 +106,19 @@ def render(
     values = [*pictures.numbers.values()]
     by = tuple(i for i, value in enumerate(values) if _needs_gradient(value))
     if by:
-        picture: torch.Tensor = _Picture.apply(pictures, by, *values)[0]
+        picture: torch.Tensor = _PictureGradient.apply(pictures, by, *values)[0]
         return picture
-    found = torch.from_numpy(pictures.picture([_numpy(value) for value in values]))
-    return found.to(values[0].device) if values else found
+    tensor = torch.from_numpy(pictures.picture([_numpy(value) for value in values]))
+    return tensor.to(values[0].device) if values else tensor
 
 
-class _Picture(torch.autograd.Function):
+class _PictureGradient(torch.autograd.Function):
     """The picture, and its derivatives, which are constants."""
 
     @staticmethod
     def forward(pictures: Pictures, by: tuple[int, ...], *values: torch.Tensor) -> tuple[torch.Tensor, ...]:
-        found, slopes = pictures.slopes([_numpy(value) for value in values], by).computed()
-        return tuple(torch.from_numpy(x).to(values[by[0]].device) for x in (found, *slopes))
+        picture, slopes = pictures.slopes([_numpy(value) for value in values], by).computed()
+        return tuple(torch.from_numpy(x).to(values[by[0]].device) for x in (picture, *slopes))
 
     @staticmethod
     def setup_context(ctx: Any, inputs: tuple[Any, ...], output: tuple[torch.Tensor, ...]) -> None:
@@ -135,11 +135,11 @@ class _Picture(torch.autograd.Function):
         slopes, values = ctx.saved_tensors[:count], ctx.saved_tensors[count:]
         if ctx.matrix is not None:
             gradient = gradient @ torch.as_tensor(ctx.matrix, dtype=gradient.dtype, device=gradient.device).T
-        found: list[Any] = [None] * ctx.count
+        gradients: list[Any] = [None] * ctx.count
         for i, slope, value in zip(ctx.by, slopes, values, strict=True):
             each = (gradient.double() * slope).sum(dim=(0, 1))
-            found[i] = each.sum_to_size(value.shape).to(value)
-        return None, None, *found
+            gradients[i] = each.sum_to_size(value.shape).to(value)
+        return None, None, *gradients
 
 
 def _is_tensor(value: Any) -> bool:

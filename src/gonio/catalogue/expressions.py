@@ -56,11 +56,11 @@ def expression(text: str, files: bool = False) -> Reflectance:
     """
     value = read(text, files=files)
     if not isinstance(value, Reflectance):
-        kind = type(value).__name__ if isinstance(value, Parametrised) else describe(value)
+        noun = type(value).__name__ if isinstance(value, Parametrised) else describe(value)
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
         advice = Reflectance._instead(value).replace("gn.", "") if isinstance(value, Parametrised) else ""
         expected = f"; {advice}" if advice else " such as Lambertian(0.5)"
-        raise ExpressionError(f"{shown}: {kind}, expected a reflectance{expected}")
+        raise ExpressionError(f"{shown}: {noun}, expected a reflectance{expected}")
     return value
 
 
@@ -69,7 +69,7 @@ def read(text: str, words: bool = False, files: bool = False) -> Any:
 
     `words`: whether a single name without quotes is a word: `height_correlated`. `files`: see `expression`.
     """
-    return _Reader(text, words, files).read()
+    return _ExpressionReader(text, words, files).read()
 
 
 def describe(value: Any) -> str:
@@ -95,7 +95,7 @@ def _added(terms: list[Any]) -> Any:
     return sum_of(terms) if len(terms) > 1 else terms[0]
 
 
-class _Reader:
+class _ExpressionReader:
     def __init__(self, text: str, words: bool, files: bool):
         self.text, self.words, self.files = text.strip().replace("\n", " "), words, files
 
@@ -151,8 +151,8 @@ class _Reader:
             return self._call(node, depth)
         name = self._name(node)
         if name is None:
-            kind = "".join(f" {c.lower()}" if c.isupper() else c for c in type(node).__name__)
-            self._fail(node, f"a{kind} is no part of an expression; expected numbers, names with (...), + and *")
+            node_name = "".join(f" {c.lower()}" if c.isupper() else c for c in type(node).__name__)
+            self._fail(node, f"a{node_name} is no part of an expression; expected numbers, names with (...), + and *")
         if name in _NUMBERS:
             return _NUMBERS[name]
         is_known = kind_of(name) is not None
@@ -271,7 +271,7 @@ class _Reader:
         return next((name for name in candidates if find(name) is not None), None)
 
     def _unknown(self, node: ast.expr, name: str) -> NoReturn:
-        classes = [n for n, kind in names().items() if not issubclass(kind, Light)]
+        classes = [n for n, cls in names().items() if not issubclass(cls, Light)]
         lower = {n.lower(): n for n in [*classes, *_FUNCTIONS]}
         start = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
         hyphened = re.match(r"[\w-]*", self.text[start:])  # to Python a difference: gold - metallic - paint

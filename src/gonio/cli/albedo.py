@@ -7,8 +7,8 @@ from typing import Any
 
 from ..declared.arguments import ABOVE_ZERO, Declared
 from ..facts.public import public
-from .command import Asked, command, option
-from .options import Material, json_option, material_argument
+from .command import TypedArguments, command, option
+from .options import TypedMaterial, json_option, material_argument
 from .tables import table
 from .terminal import echo, print_json
 
@@ -17,7 +17,7 @@ from .terminal import echo, print_json
 @material_argument
 @json_option
 @option("-k", "factor", kind=float, means=Declared("coverage factor of what is printed", ABOVE_ZERO, 1e3), default=1.0)
-def albedo(material: Material, as_json: bool, factor: float, asked: Asked) -> None:
+def albedo(material: TypedMaterial, as_json: bool, factor: float, asked: TypedArguments) -> None:
     """Quote the albedo of MATERIAL: its directional-hemispherical reflectance, by angle of incidence and channel.
 
     Of a measured table also the uncertainty: by noise, as far as the uncertainties of its values are stated (little if

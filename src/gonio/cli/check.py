@@ -12,8 +12,8 @@ import click
 
 from ..errors import ParameterError, visible
 from . import completion
-from .command import Asked, Command, command
-from .options import Material, json_option, reading_option, replace_option, together
+from .command import Command, TypedArguments, command
+from .options import TypedMaterial, json_option, reading_option, replace_option, together
 from .tables import paragraph, table
 from .terminal import bar, echo, print_json
 
@@ -44,7 +44,7 @@ class _WithLaws(Command):
 @command("check", cls=_WithLaws, short_help="Hold MATERIAL to the laws of physics.")
 @together(
     "material",
-    Material,
+    TypedMaterial,
     click.argument("text", metavar="[MATERIAL]", required=False, shell_complete=completion.materials),
     replace_option,
 )
@@ -56,7 +56,7 @@ class _WithLaws(Command):
 @click.option("--sampling", is_flag=True, help="Say also how well sampling does, by angle of view and lobe.")
 @click.option("--all", "every", is_flag=True, help="Check every model instead, and print one table.")
 @click.pass_context
-def check(ctx: click.Context, material: Material, as_json: bool, asked: Asked, **own: Any) -> None:
+def check(ctx: click.Context, material: TypedMaterial, as_json: bool, asked: TypedArguments, **settings: Any) -> None:
     """Hold MATERIAL to the laws.
 
     LAWS
@@ -65,10 +65,10 @@ def check(ctx: click.Context, material: Material, as_json: bool, asked: Asked, *
     uncertainties explain; with --all, if one fails that
     the model does not declare to break.
     """
-    plot, sampling = own["plot"], own["sampling"]
-    if own["every"] == (material.text is not None):
+    plot, sampling = settings["plot"], settings["sampling"]
+    if settings["every"] == (material.text is not None):
         raise click.UsageError("expected one of MATERIAL and --all", ctx)
-    if own["every"]:
+    if settings["every"]:
         if material.replaced or plot or sampling:
             raise click.UsageError("--all takes no -p, --plot or --sampling", ctx)
         asked.refuse_others("beside --all")

@@ -2,7 +2,7 @@
 
     @command("planning.plan", "planning.Goniometer", short_help="Plan which directions to measure.")
     @material_argument
-    def plan(material: Material, asked: Asked) -> None:
+    def plan(material: TypedMaterial, asked: TypedArguments) -> None:
         planned = asked.call("planning.plan", material.read(), goniometer=asked.call("planning.Goniometer"))
 
 Each declared argument of `gn.planning.plan` and `gn.planning.Goniometer` is an option: angles are typed in degrees,
@@ -26,7 +26,7 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from ..declared.arguments import ABOVE_ZERO, BELOW, Argument, Declared, arguments
+from ..declared.arguments import ABOVE_ZERO, BELOW, Declared, FunctionArgument, arguments
 from ..declared.typed import all_in_degrees, is_number, suspect_radians
 from ..errors import Error, MeaningWarning, ParameterError, warn
 from ..facts.public import public
@@ -57,33 +57,33 @@ class Typed(click.ParamType):
 
     name = "value"
 
-    def __init__(self, argument: Argument):
-        doc = _NAMED.sub(lambda found: _option_of(found[1]), argument.declared.doc)
+    def __init__(self, argument: FunctionArgument):
+        doc = _NAMED.sub(lambda match: _option_of(match[1]), argument.declared.doc)
         self.declared = argument.declared._replace(doc=doc)
         self.argument = argument._replace(declared=self.declared)
-        self.kinds = [kind for of in argument.kinds for kind in _flat(of)]
+        self.kinds = [hint for of in argument.kinds for hint in _flat(of)]
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
         """The word of the help: ANGLE,ANGLE, or [log|cosine]."""
         listed = f"[{'|'.join(map(str, self.declared.words))}]"
-        several = next((kind for kind in self.kinds if typing.get_origin(kind) not in (None, os.PathLike)), None)
+        several = next((hint for hint in self.kinds if typing.get_origin(hint) not in (None, os.PathLike)), None)
         if self.declared.words and len(listed) <= LONGEST and several is None:
             return listed
         if several is not None:
             inner = typing.get_args(several)
             one = self._one(_flat(inner[0])[0])
             return ",".join([one] * len(inner)) if typing.get_origin(several) is tuple else f"{one},.."
-        return next((name for kind in self.kinds if (name := self._one(kind)) != "VALUE"), "VALUE")
+        return next((name for hint in self.kinds if (name := self._one(hint)) != "VALUE"), "VALUE")
 
-    def _one(self, kind: Any) -> str:
-        if kind in (float, Any) and self.declared.unit in UNITS:
+    def _one(self, hint: Any) -> str:
+        if hint in (float, Any) and self.declared.unit in UNITS:
             return UNITS[self.declared.unit]
-        return "FILE" if self.is_path else "WORD" if self.declared.words else METAVARS.get(kind, "VALUE")
+        return "FILE" if self.is_path else "WORD" if self.declared.words else METAVARS.get(hint, "VALUE")
 
     @property
     def is_path(self) -> bool:
         """Whether it names a file."""
-        return any(os.PathLike in (kind, typing.get_origin(kind)) for kind in self.kinds)
+        return any(os.PathLike in (hint, typing.get_origin(hint)) for hint in self.kinds)
 
     def help(self) -> str:
         """What the argument means, in which unit."""
@@ -104,13 +104,13 @@ class Typed(click.ParamType):
         if not isinstance(value, str):
             return value
         option = _shown(param)
-        given = f"{option} {value!r:.60}"
+        quoted = f"{option} {value!r:.60}"
         if param is not None and ctx is not None:
-            ctx.meta.setdefault(TYPED, {})[param.name] = given
-        found = self.argument.checked_text(value, given)
-        if found is not None:
+            ctx.meta.setdefault(TYPED, {})[param.name] = quoted
+        result = self.argument.checked_text(value, quoted)
+        if result is not None:
             self._suspect(option, value)
-        return found
+        return result
 
     def _suspect(self, option: str, text: str) -> None:
         """Warn of polar angles that look like radians, of percents that look like shares."""
@@ -139,10 +139,10 @@ def _shown(parameter: click.Parameter | None) -> str:
     return parameter.opts[-1] if parameter is not None else ""
 
 
-def _flat(kind: Any) -> tuple[Any, ...]:
-    """The kinds of `A | B`, without what is declared of them."""
-    kind = typing.get_args(kind)[0] if hasattr(kind, "__metadata__") else kind
-    return typing.get_args(kind) if typing.get_origin(kind) in (UnionType, typing.Union) else (kind,)
+def _flat(hint: Any) -> tuple[Any, ...]:
+    """The types in `A | B`, without their declarations."""
+    hint = typing.get_args(hint)[0] if hasattr(hint, "__metadata__") else hint
+    return typing.get_args(hint) if typing.get_origin(hint) in (UnionType, typing.Union) else (hint,)
 
 
 def _option_of(name: str, negative: str = "") -> str:
@@ -158,30 +158,30 @@ def option(
     *names: str, kind: Any = str, means: Declared, default: Any = None, **settings: Any
 ) -> Callable[[Callable], Callable]:
     """An option of a command alone, declared as arguments of functions are: `option("-k", "factor", ...)`."""
-    argument = Argument(names[-1].lstrip("-"), (kind,), default, means)
+    argument = FunctionArgument(names[-1].lstrip("-"), (kind,), default, means)
     return click.option(*names, **Typed(argument).settings(argument.usual), default=default, **settings)
 
 
-class Asked:
-    """What was typed of the declared arguments of functions; where nothing was, the function has its own default."""
+class TypedArguments:
+    """The declared arguments of functions that were typed; of others the function has its own default."""
 
     def __init__(self, functions: Mapping[str, Callable], values: dict[str, Any], typed: Mapping[str, str]):
         self._functions, self._values, self._typed = functions, values, typed
 
     def of(self, *names: str) -> dict[str, Any]:
         """The keyword arguments of a function, or those that all of several have."""
-        known = [arguments(self._functions[name]) for name in names]
-        return {key: value for key, value in self._values.items() if all(key in of for of in known)}
+        declared = [arguments(self._functions[name]) for name in names]
+        return {key: value for key, value in self._values.items() if all(key in of for of in declared)}
 
     def call(self, name: str, *args: Any, **more: Any) -> Any:
-        """Call a public function with what was typed of its arguments, and with what this command has for others."""
+        """Call a public function with its typed arguments, and with the values of this command for others."""
         return public(name)(*args, **{**self.of(name), **more})
 
     def refuse_others(self, why: str, *names: str) -> None:
         """Raise ParameterError for an option that none of these functions has."""
-        known = {key for name in names for key in arguments(self._functions[name])}
+        declared = {key for name in names for key in arguments(self._functions[name])}
         for key, option in self._typed.items():
-            if key not in known:
+            if key not in declared:
                 raise ParameterError(f"{option}: does nothing {why}; leave it out")
 
 
@@ -216,30 +216,30 @@ class Command(click.Command):
     @cached_property
     def asked(self) -> list[click.Parameter]:
         """The options; of arguments of several functions that of the first."""
-        every: dict[str, Argument] = {}
+        every: dict[str, FunctionArgument] = {}
         for function in self.functions.values():
             every |= {name: of for name, of in arguments(function).items() if name not in every}
         return [self._parameter(name, of) for name, of in every.items() if self._options.get(name) != ""]
 
-    def _parameter(self, name: str, argument: Argument) -> click.Parameter:
-        kind, own = Typed(argument), self._options.get(name, "").split()
-        if argument.default is inspect.Parameter.empty and not own:
-            return click.Argument([name], type=kind, metavar=name.upper())
+    def _parameter(self, name: str, argument: FunctionArgument) -> click.Parameter:
+        param_type, flags = Typed(argument), self._options.get(name, "").split()
+        if argument.default is inspect.Parameter.empty and not flags:
+            return click.Argument([name], type=param_type, metavar=name.upper())
         negative = "no-" if argument.default is True else ""
-        names = [*own, name]
-        if not any(option.startswith("--") for option in own):
+        names = [*flags, name]
+        if not any(option.startswith("--") for option in flags):
             names.append(_option_of(name, negative))
-        if kind.kinds == [bool]:
-            told = kind.help()
+        if param_type.kinds == [bool]:
+            told = param_type.help()
             told = f"Without it {told[0].lower()}{told[1:]}" if negative else told
             return click.Option(names, is_flag=True, flag_value=not negative, default=bool(negative), help=told)
         usual = argument._replace(default=self._usual[name]).usual if name in self._usual else argument.usual
-        return click.Option(names, **kind.settings(usual, multiple=name in self._repeated))
+        return click.Option(names, **param_type.settings(usual, multiple=name in self._repeated))
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """The command's own parameters, those of the functions, and --help."""
-        own = super().get_params(ctx)
-        return [*own[: len(self.params)], *self.asked, *own[len(self.params) :]]
+        parameters = super().get_params(ctx)
+        return [*parameters[: len(self.params)], *self.asked, *parameters[len(self.params) :]]
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the arguments that are declared, and the options."""
@@ -262,7 +262,7 @@ class Command(click.Command):
             if ctx.get_parameter_source(name) not in (ParameterSource.DEFAULT, None):
                 values[name], typed[name] = value, parameter.opts[-1]
         if self._asks:
-            ctx.params["asked"] = Asked(self.functions, values, typed)
+            ctx.params["asked"] = TypedArguments(self.functions, values, typed)
         try:
             return super().invoke(ctx)
         except Error as error:

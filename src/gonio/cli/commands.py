@@ -29,7 +29,7 @@ from . import (
     show,
     view,
 )
-from .terminal import Program, echo, streams
+from .terminal import CommandGroup, echo, streams
 
 _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
@@ -44,7 +44,7 @@ gonio --help for all; gonio COMMAND --help for one of them."""
 """What is said to those who do not say what they want: the three most useful commands."""
 
 
-class _Gonio(Program):
+class _Gonio(CommandGroup):
     """The commands that are written, and those that are public functions."""
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
@@ -61,8 +61,8 @@ class _Gonio(Program):
             return super().resolve_command(ctx, args)
         except click.exceptions.NoSuchCommand as error:
             functions = [name.replace("_", "-") for name in asked_of_one()]
-            known = sorted({*self.commands, *functions})
-            raise click.exceptions.NoSuchCommand(error.command_name, possibilities=known, ctx=ctx) from None
+            names = sorted({*self.commands, *functions})
+            raise click.exceptions.NoSuchCommand(error.command_name, possibilities=names, ctx=ctx) from None
 
 
 @click.group(name="gonio", cls=_Gonio, invoke_without_command=True, context_settings=_SETTINGS)

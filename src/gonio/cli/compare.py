@@ -12,7 +12,7 @@ from ..errors import visible
 from ..facts.public import public
 from ..pictures.image import SUFFIXES, load_image
 from . import completion, options
-from .command import Asked, command
+from .command import TypedArguments, command
 from .terminal import bar, echo
 
 SAMPLES = 256
@@ -29,7 +29,7 @@ SAMPLES = 256
 @options.lit_options
 @options.exposure_option
 @options.with_light_help
-def compare(a: str, b: str, output: Path, lit: options.Lit, exposure: float, asked: Asked) -> None:
+def compare(a: str, b: str, output: Path, lit: options.Lit, exposure: float, asked: TypedArguments) -> None:
     """Show how A and B differ: side by side, and B - A with its scale and numbers.
 
     A and B are materials, rendered under the same light, or files of pictures: FILE, or FILE:LAYER of an .exr file.
@@ -50,9 +50,9 @@ def compare(a: str, b: str, output: Path, lit: options.Lit, exposure: float, ask
             if os.path.isfile(file) and Path(file).suffix.lower() in SUFFIXES:
                 pictures.append(load_image(file, layer=layer))
             else:
-                m = options.Material(text).read()
+                m = options.TypedMaterial(text).read()
                 pictures.append(public("render")(m, seed=seed + number, progress=progress, **chosen))
-            titles.append(visible(options.Material(text).title))
-    found = public("scenes.picture_difference")(*pictures)
-    public("figures.difference")(found, path=output, labels=titles, exposure=exposure)
-    echo(visible(f"{output}: {found.told(*titles)}, {options.since(start)}"))
+            titles.append(visible(options.TypedMaterial(text).title))
+    difference = public("scenes.picture_difference")(*pictures)
+    public("figures.difference")(difference, path=output, labels=titles, exposure=exposure)
+    echo(visible(f"{output}: {difference.told(*titles)}, {options.since(start)}"))

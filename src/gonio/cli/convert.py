@@ -11,15 +11,15 @@ import click
 from ..declared.arguments import Declared
 from ..errors import visible
 from . import completion
-from .command import Asked, command, option
-from .options import Material, json_option, reading_option, replace_option, since, together
+from .command import TypedArguments, command, option
+from .options import TypedMaterial, json_option, reading_option, replace_option, since, together
 from .tables import size_in_words, table
 from .terminal import echo, print_json
 
 
 @command("convert", short_help="Write a material to a file of another format.")
 @together(
-    "material", Material, click.argument("text", metavar="IN", shell_complete=completion.materials), replace_option
+    "material", TypedMaterial, click.argument("text", metavar="IN", shell_complete=completion.materials), replace_option
 )
 @click.argument("output", metavar="OUT", type=click.Path(path_type=Path))
 @reading_option
@@ -27,7 +27,12 @@ from .terminal import echo, print_json
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="Option of the format; may be repeated.")
 @json_option
 def convert(
-    material: Material, output: Path, resolution: str | None, options: tuple[str, ...], as_json: bool, asked: Asked
+    material: TypedMaterial,
+    output: Path,
+    resolution: str | None,
+    options: tuple[str, ...],
+    as_json: bool,
+    asked: TypedArguments,
 ) -> None:
     """Write the material IN to the file OUT, and report changes and losses.
 

@@ -13,7 +13,7 @@ from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..formula.text import listed
 from . import completion, options
-from .command import Asked, command, option
+from .command import TypedArguments, command, option
 from .options import since
 from .terminal import bar, print_json, say
 
@@ -44,7 +44,9 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
     "--plot", metavar="FILE", type=click.Path(path_type=Path), help="Figure to write: .png, .jpg, .pdf or .svg."
 )
 @options.json_option
-def fit(material: str, model: str, models: str | None, output: Path | None, asked: Asked, **own: Any) -> None:
+def fit(
+    material: str, model: str, models: str | None, output: Path | None, asked: TypedArguments, **settings: Any
+) -> None:
     """Fit a model to MATERIAL: its numbers with standard errors, how well it agrees, and where it does not.
 
     Of a folder of measurements every file is fitted, to a table: -o fits.parquet or fits.csv. A Zarr store with f,
@@ -75,33 +77,33 @@ def fit(material: str, model: str, models: str | None, output: Path | None, aske
         asked.refuse_others("of one material", "fit")
     else:
         asked.refuse_others("beside --select", "fitting.select_model")
-    plot: Path | None = own["plot"]
+    plot: Path | None = settings["plot"]
     if plot is not None:
         from ..figures._drawing import check_target
 
         check_target(plot)
     if output is not None:
         target(writer(output, None), output)
-    data = options.Material(material).read()
+    data = options.TypedMaterial(material).read()
     if models is not None:
         with bar("fitting") as progress:
             selection = asked.call("fitting.select_model", data, models, progress=progress)
-        found = selection.best.fit
-        assert found is not None  # the best one has a fit
+        result = selection.best.fit
+        assert result is not None  # the best one has a fit
     else:
-        found = asked.call("fit", data, expression(model, files=True))
+        result = asked.call("fit", data, expression(model, files=True))
     if output is not None:
-        save(found.model, output)
+        save(result.model, output)
     if plot is not None:
         from ..figures import fit as draw
 
-        draw(found, plot)
-    if own["as_json"]:
-        print_json(found.to_json() if models is None else selection.to_json())
+        draw(result, plot)
+    if settings["as_json"]:
+        print_json(result.to_json() if models is None else selection.to_json())
         return
     if models is not None:
         say(f"{selection}\n")
-    say(found.report())
+    say(result.report())
     written = [str(path) for path in (output, plot) if path is not None]
     say(f"{', '.join(written)}{': ' if written else ''}{since(start)}")
 
@@ -136,6 +138,6 @@ def _fit_map(store: str, model: Any, output: Path, how: dict[str, Any]) -> None:
         raise FormatError(f"{store}: holds no {listed(missing)}; expected f, wi and wo with an axis observation")
     with bar("fitting") as progress:
         values = data["wi"], data["wo"], data["f"], data.get("u")
-        found = fit_map_chunks(values, model, output=output, progress=progress, **how)
-    flagged = int((found["flags"] > 0).sum())
-    say(f"{output}: {found['flags'].size} texels, {flagged} of them flagged, {since(start)}")
+        maps = fit_map_chunks(values, model, output=output, progress=progress, **how)
+    flagged = int((maps["flags"] > 0).sum())
+    say(f"{output}: {maps['flags'].size} texels, {flagged} of them flagged, {since(start)}")

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..declared.discover import docstring
 from ..facts.public import function_of
-from .command import Asked, Command
-from .options import Material, json_option, material_argument
+from .command import Command, TypedArguments
+from .options import TypedMaterial, json_option, material_argument
 from .tables import table
 from .terminal import print_json, say
 
@@ -30,8 +30,8 @@ def command_of(name: str) -> Command | None:
 def _made(name: str, function: Callable) -> Command:
     @material_argument
     @json_option
-    def run(material: Material, as_json: bool, **more: Any) -> None:
-        asked: Asked = more.get("asked", Asked({function.__name__: function}, {}, {}))
+    def run(material: TypedMaterial, as_json: bool, **more: Any) -> None:
+        asked: TypedArguments = more.get("asked", TypedArguments({function.__name__: function}, {}, {}))
         result = function(material.read(), **asked.of(function.__name__))
         if as_json:
             print_json(_as_json(result))

@@ -14,7 +14,7 @@ import click
 import numpy as np
 
 from ..errors import MeaningWarning, ParameterError, visible
-from .command import Asked, command
+from .command import TypedArguments, command
 from .options import READING, json_option, output_option, reading_option, since
 from .tables import size_in_words, table
 from .terminal import echo, print_json
@@ -40,7 +40,7 @@ DELIMITERS = {";": "semicolons", ",": "commas", "\t": "tabs", "|": "bars"}
 @output_option("File to write, once the table is understood.", required=False)
 @json_option
 @click.pass_context
-def import_(ctx: click.Context, file: Path, output: Path | None, as_json: bool, asked: Asked) -> None:
+def import_(ctx: click.Context, file: Path, output: Path | None, as_json: bool, asked: TypedArguments) -> None:
     """Show how the table in FILE, CSV or .xlsx, is understood: column by column, and what looks wrong.
 
     Nothing is guessed: what has two readings is refused, with the -O option that decides. With -o the table is then
@@ -87,7 +87,7 @@ def import_(ctx: click.Context, file: Path, output: Path | None, as_json: bool, 
         echo("\nNothing is written: -o FILE writes it, -O NAME=VALUE changes how it is read.")
 
 
-def _convert(m: Reflectance, output: Path, asked: Asked, start: float, as_json: bool) -> None:
+def _convert(m: Reflectance, output: Path, asked: TypedArguments, start: float, as_json: bool) -> None:
     from ..formats import writer
     from .convert import conversion_as_text
 
@@ -145,10 +145,10 @@ def _listed(angles: np.ndarray) -> str:
 
 def _measurement(m: Any) -> str:
     grid = " x ".join(f"{len(nodes)} {name}" for name, nodes in m.axes.items())
-    kind = f"{len(m.rows)} pairs of directions in no grid" if hasattr(m, "rows") else f"a grid of {grid}"
+    layout = f"{len(m.rows)} pairs of directions in no grid" if hasattr(m, "rows") else f"a grid of {grid}"
     names = [f"{name:g} nm" if isinstance(name, float) else str(name) for name in m.channel_names or ()]
     channels = f", channels {', '.join(names)}" if 0 < len(names) <= 4 else f", {len(names)} channels" if names else ""
-    return f"{kind}{channels}, {'with standard uncertainties' if m.uncertainty is not None else 'no uncertainty'}"
+    return f"{layout}{channels}, {'with standard uncertainties' if m.uncertainty is not None else 'no uncertainty'}"
 
 
 def as_text(title: str, table_: Understood, facts: dict[str, str], wrong: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from ..formula.text import literal
-from .options import Material, json_option, material_argument
+from .options import TypedMaterial, json_option, material_argument
 from .tables import size_in_words, table
 from .terminal import echo, print_json
 
@@ -19,7 +19,7 @@ LONGEST = 300
 @click.command(short_help="Say what MATERIAL is, and what a file holds.")
 @material_argument
 @json_option
-def info(material: Material, as_json: bool) -> None:
+def info(material: TypedMaterial, as_json: bool) -> None:
     """Say what MATERIAL is: formula, parameters, channels, albedo; of a file also what it holds and lacks."""
     from ..facts.material import facts
 

@@ -16,7 +16,7 @@ from ..declared.arguments import Declared
 from ..declared.typed import is_number
 from ..errors import ExpressionError, NotFoundError, ParameterError, suggestion, visible
 from ..facts.public import public
-from .command import Asked, command, option
+from .command import TypedArguments, command, option
 from .options import json_option, output_option
 from .terminal import bar, echo, print_json
 
@@ -28,7 +28,7 @@ from .terminal import bar, echo, print_json
 @output_option("File to write, in the format of its suffix.")
 @option("--facet", means=Declared("facets: the reflectance of mirrors, or a MATERIAL"), default="1")
 @json_option
-def measure(surface: str, output: Path, facet: str, as_json: bool, asked: Asked) -> None:
+def measure(surface: str, output: Path, facet: str, as_json: bool, asked: TypedArguments) -> None:
     """Measure a surface that is described by its shape, with rays: the virtual gonioreflectometer.
 
     SURFACE is a height map (.npy, rows of numbers, a gray picture; with --pixel; or .sdf), or one of gaussian(0.3),
@@ -54,7 +54,7 @@ def measure(surface: str, output: Path, facet: str, as_json: bool, asked: Asked)
         echo(str(m.report))
 
 
-def _of_expression(text: str, asked: Asked) -> Any:
+def _of_expression(text: str, asked: TypedArguments) -> Any:
     asked.refuse_others("beside a surface that is no map", "gonioreflectometer", "save")
     return surface_of(text)
 
@@ -63,8 +63,8 @@ def surface_of(text: str) -> Any:
     """The surface of an expression such as gaussian(0.3, size=256): a function of `gn.surfaces` and plain values."""
     surfaces = public("surfaces")
 
-    known = [name for name in surfaces.__all__ if name[0].islower() and name != "from_map"]
-    expected = f'a height map, or one of {", ".join(known)}, such as "gaussian(0.3)"'
+    makers = [name for name in surfaces.__all__ if name[0].islower() and name != "from_map"]
+    expected = f'a height map, or one of {", ".join(makers)}, such as "gaussian(0.3)"'
     try:
         call = ast.parse(text.strip(), mode="eval").body
         named = call.func if isinstance(call, ast.Call) else call
@@ -73,8 +73,8 @@ def surface_of(text: str) -> Any:
         keywords = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords} if isinstance(call, ast.Call) else {}
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExpressionError(f"{text!r:.90}: expected {expected}") from None
-    if name not in known:
-        raise NotFoundError(f"{text!r:.90}: no such file or surface{suggestion(name, known)}; expected {expected}")
+    if name not in makers:
+        raise NotFoundError(f"{text!r:.90}: no such file or surface{suggestion(name, makers)}; expected {expected}")
     make = getattr(surfaces, name)
     signature = inspect.signature(make)
     try:
@@ -87,7 +87,7 @@ def surface_of(text: str) -> Any:
     return make(*values, **keywords)
 
 
-def _map(path: str, asked: Asked) -> Any:
+def _map(path: str, asked: TypedArguments) -> Any:
     how = asked.of("surfaces.from_map")
     if "pixel" not in how and not path.lower().endswith(".sdf"):
         raise ParameterError(

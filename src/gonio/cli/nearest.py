@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ParameterError, visible
 from . import options
-from .command import Asked, command
+from .command import TypedArguments, command
 from .tables import table
 from .terminal import bar, echo, print_json
 
@@ -45,7 +45,7 @@ ABOVE = 0.45
 @options.exposure_option
 @options.json_option
 @options.with_light_help
-def nearest(material: options.Material, output: Path | None, asked: Asked, **own: Any) -> None:
+def nearest(material: options.TypedMaterial, output: Path | None, asked: TypedArguments, **settings: Any) -> None:
     """Rank the materials that are most like MATERIAL, the nearest first.
 
     The distance is the root of the mean square difference, over directions up to 80 degrees from the normal, half of
@@ -61,16 +61,16 @@ def nearest(material: options.Material, output: Path | None, asked: Asked, **own
             raise ParameterError(
                 f"--count {how['count']}: expected up to {MOST - 1} beside a picture; leave -o out for more"
             )
-    m, lights = material.read(), options.Lit(own["lights"]).sources()
+    m, lights = material.read(), options.Lit(settings["lights"]).sources()
     with bar("comparing") as progress:
-        found = asked.call("reconstruction.nearest", m, progress=progress)
-    if own["as_json"]:
-        print_json([as_row(match) for match in found])
+        matches = asked.call("reconstruction.nearest", m, progress=progress)
+    if settings["as_json"]:
+        print_json([as_row(match) for match in matches])
     else:
-        echo(as_text(found))
+        echo(as_text(matches))
     if output is not None:
-        _draw((m, material.title), found, output, own["exposure"], partial(asked.call, "render", lights=lights))
-        if not own["as_json"]:
+        _draw((m, material.title), matches, output, settings["exposure"], partial(asked.call, "render", lights=lights))
+        if not settings["as_json"]:
             echo(f"{output}: {material.title} and the nearest, {options.since(start)}")
 
 
@@ -81,25 +81,27 @@ def as_row(match: Any) -> dict[str, Any]:
     return {**row, "rank": match.rank or None, "reason": match.reason or None}
 
 
-def as_text(found: list[Any]) -> str:
+def as_text(matches: list[Any]) -> str:
     """The table for people; columns that would say the same of all are left out."""
-    ranked = [match for match in found if match.rank]
+    ranked = [match for match in matches if match.rank]
     scaled = any(match.factor != 1.0 for match in ranked)
     rows = []
-    for match in found:
+    for match in matches:
         numbers = [f"{match.distance:.4f}", f"{match.factor:.4g}"] if match.rank else ["-", "-"]
         last = match.told if match.rank else textwrap.shorten(match.told, REASON, placeholder=" ...")
         rows.append([f"{match.rank or ''}", match.name, *numbers[: 1 + scaled], last])
     return table(["", "name", "distance", *(["factor"] if scaled else []), "what it is"], rows)
 
 
-def _draw(own: tuple[Reflectance, str], found: list[Any], output: Path, exposure: float, render: Callable) -> None:
+def _draw(
+    subject: tuple[Reflectance, str], matches: list[Any], output: Path, exposure: float, render: Callable
+) -> None:
     """Write the sheet: the material itself, and then the nearest, by the factors that brought them near."""
     from ..figures._drawing import new_figure
     from ..figures.gallery_figure import CELL, draw_picture, factor
 
-    cells = [(own[1], "itself", render(own[0]))]
-    ranked = [match for match in found if match.rank]
+    cells = [(subject[1], "itself", render(subject[0]))]
+    ranked = [match for match in matches if match.rank]
     with bar("rendering") as progress:
         for match in ranked:
             times = "" if match.factor == 1.0 else f", times {match.factor:.3g}"

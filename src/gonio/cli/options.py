@@ -27,7 +27,7 @@ READING = "gonio.reading"
 """Where the context of a command holds the options that MATERIAL is read with."""
 
 
-class Material(NamedTuple):
+class TypedMaterial(NamedTuple):
     """MATERIAL and its -p, as typed."""
 
     text: str
@@ -68,14 +68,14 @@ class Lit(NamedTuple):
         return f"under {', '.join(self.lights) or DEFAULT}"
 
 
-def together(name: str, kind: Callable, *decorators: Callable) -> Callable:
+def together(name: str, fields_class: Callable, *decorators: Callable) -> Callable:
     """Parameters of a command, which gets them as one NamedTuple of this kind."""
 
     def decorate(command: Callable) -> Callable:
         @functools.wraps(command)
-        def call(**given: Any) -> Any:
-            one = kind(*(given.pop(field) for field in kind._fields))  # type: ignore[attr-defined]  # kinds are NamedTuples
-            return command(**{name: one}, **given)
+        def call(**values: Any) -> Any:
+            one = fields_class(*(values.pop(field) for field in fields_class._fields))  # type: ignore[attr-defined]  # NamedTuples
+            return command(**{name: one}, **values)
 
         for add in reversed(decorators):
             add(call)
@@ -107,7 +107,7 @@ replace_option = click.option(
 )
 material_argument = together(
     "material",
-    Material,
+    TypedMaterial,
     click.argument("text", metavar="MATERIAL", shell_complete=materials),
     replace_option,
     reading_option,

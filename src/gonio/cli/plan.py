@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..errors import ParameterError
-from .command import Asked, command
-from .options import Material, json_option, material_argument, output_option
+from .command import TypedArguments, command
+from .options import TypedMaterial, json_option, material_argument, output_option
 from .terminal import print_json, say
 
 
@@ -14,7 +14,7 @@ from .terminal import print_json, say
 @material_argument
 @output_option("File to write: .csv, to be filled; .json.", required=False)
 @json_option
-def plan(material: Material, output: Path | None, as_json: bool, asked: Asked) -> None:
+def plan(material: TypedMaterial, output: Path | None, as_json: bool, asked: TypedArguments) -> None:
     """Plan N directions of light and detector that tell most about the numbers of MATERIAL, a model.
 
     \b

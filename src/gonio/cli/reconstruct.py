@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..errors import ParameterError
-from .command import Asked, command
+from .command import TypedArguments, command
 from .options import json_option, output_option
 from .plan import check_plan
 from .terminal import print_json, say
@@ -24,7 +24,7 @@ from .terminal import print_json, say
 @click.argument("file", type=click.Path(path_type=Path), required=False)
 @output_option("File to write: the table; with --plan, .csv or .json.", required=False)
 @json_option
-def reconstruct(file: Path | None, output: Path | None, as_json: bool, asked: Asked) -> None:
+def reconstruct(file: Path | None, output: Path | None, as_json: bool, asked: TypedArguments) -> None:
     """Reconstruct a whole isotropic BRDF, with its uncertainty, from the few values of FILE.
 
     What is not measured follows from what the materials of a basis have in common. With --plan: the directions to
@@ -45,15 +45,15 @@ def reconstruct(file: Path | None, output: Path | None, as_json: bool, asked: As
     elif output is not None:
         target(writer(output, **asked.of("save")), output)
     basis = asked.call("reconstruction.reflectance_basis")
-    found = None if file is None else asked.call("reconstruction.reconstruct", str(file), basis)
-    numbers: Any = found
+    reconstructed = None if file is None else asked.call("reconstruction.reconstruct", str(file), basis)
+    numbers: Any = reconstructed
     if "count" in planned:
         goniometer = asked.call("planning.Goniometer")
-        numbers = asked.call("planning.plan_table", basis=basis, goniometer=goniometer, measured=found)
+        numbers = asked.call("planning.plan_table", basis=basis, goniometer=goniometer, measured=reconstructed)
         if output is not None:
             numbers.save(output)
-    elif found is not None and output is not None:
-        save(found.reflectance, output, **asked.of("save"))
+    elif reconstructed is not None and output is not None:
+        save(reconstructed.reflectance, output, **asked.of("save"))
     if as_json:
         print_json(numbers.to_json())
         return

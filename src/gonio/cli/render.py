@@ -13,13 +13,13 @@ from ..declared.arguments import Declared
 from ..errors import ParameterError, visible
 from ..facts.public import public
 from . import options
-from .command import Asked, command, option
+from .command import TypedArguments, command, option
 from .terminal import bar, echo
 
 Place = tuple[float, float, float]
 
 
-class Stage(NamedTuple):
+class _TypedStage(NamedTuple):
     """What is around the shape, and the camera, as typed."""
 
     ground: str | None
@@ -29,7 +29,7 @@ class Stage(NamedTuple):
 
     def read(self) -> dict[str, Any]:
         """`ground` and `camera` of pictures."""
-        ground = None if self.ground is None else options.Material(self.ground).read()
+        ground = None if self.ground is None else options.TypedMaterial(self.ground).read()
         return {"ground": ground, "camera": self._camera()}
 
     def _camera(self) -> Any:
@@ -50,7 +50,7 @@ LOOK_AT = Declared("what that camera looks at", usual="0,0,0")
 
 stage_options = options.together(
     "stage",
-    Stage,
+    _TypedStage,
     click.option("--ground", metavar="MATERIAL", help="Material of a level plane below, which takes shadows."),
     option("--camera", kind=Place, means=PLACE, metavar="X,Y,Z"),
     option("--look-at", kind=Place, means=LOOK_AT, metavar="X,Y,Z"),
@@ -66,7 +66,12 @@ stage_options = options.together(
 @options.exposure_option
 @options.with_light_help
 def render(
-    material: options.Material, output: Path, lit: options.Lit, stage: Stage, exposure: float, asked: Asked
+    material: options.TypedMaterial,
+    output: Path,
+    lit: options.Lit,
+    stage: _TypedStage,
+    exposure: float,
+    asked: TypedArguments,
 ) -> None:
     """Render MATERIAL on a lit shape.
 

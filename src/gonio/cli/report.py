@@ -10,7 +10,7 @@ import click
 
 from ..errors import ParameterError, visible
 from . import completion, options
-from .command import Asked, command
+from .command import TypedArguments, command
 from .tables import size_in_words
 from .terminal import bar, echo, print_json
 
@@ -25,7 +25,9 @@ from .terminal import bar, echo, print_json
 @options.replace_option
 @options.with_light_help
 @click.pass_context
-def report(ctx: click.Context, materials: tuple[str, ...], output: Path | None, asked: Asked, **own: Any) -> None:
+def report(
+    ctx: click.Context, materials: tuple[str, ...], output: Path | None, asked: TypedArguments, **settings: Any
+) -> None:
     """Write a page about MATERIALs: formula, provenance, laws, slices, a lobe to turn, albedos with uncertainty, fits.
 
     The page is one file that needs neither gonio nor a network: it opens from a mail, on a phone, and prints. Several
@@ -43,31 +45,32 @@ def report(ctx: click.Context, materials: tuple[str, ...], output: Path | None, 
     from .arguments import resolve_light
 
     start = time.perf_counter()
-    if output is None and not own["as_json"]:
+    if output is None and not settings["as_json"]:
         raise click.UsageError("nowhere to write to: expected -o report.html, or --json", ctx)
     if "-" in materials and len(materials) > 1:
         raise ParameterError("-: standard input beside other materials; expected files: write it to one first")
-    kind = ".json" if output is None else page.check_target(output)
-    if own["as_json"] and kind != ".json":
+    suffix = ".json" if output is None else page.check_target(output)
+    if settings["as_json"] and suffix != ".json":
         raise click.UsageError("--json is for numbers: expected -o report.json, or no -o", ctx)
     beside = None
-    if own["pdf"]:
-        if output is None or kind not in (".html", ".htm"):
+    if settings["pdf"]:
+        if output is None or suffix not in (".html", ".htm"):
             raise click.UsageError(
                 "--pdf is for a page: expected -o report.html; -o report.pdf writes a PDF alone", ctx
             )
         beside = output.with_suffix(".pdf")
         page.check_target(beside)
-    reading, typed = ctx.meta.get(options.READING, ()), [options.Material(text, own["replaced"]) for text in materials]
+    reading = ctx.meta.get(options.READING, ())
+    typed = [options.TypedMaterial(text, settings["replaced"]) for text in materials]
     subjects = [Subject(one.title, one.read(), one.text, reading, one.replaced) for one in typed]
-    captioned = [(text, [resolve_light(text)]) for text in own["lights"]] or None
-    if kind == ".json":
+    captioned = [(text, [resolve_light(text)]) for text in settings["lights"]] or None
+    if suffix == ".json":
         with bar("computing") as progress:
-            found = page.data(subjects, progress=progress, **asked.of("write_report"))
+            content = page.data(subjects, progress=progress, **asked.of("write_report"))
         if output is None:
-            print_json(found)
+            print_json(content)
             return
-        page.write_json(output, found)
+        page.write_json(output, content)
     else:
         with bar("reporting") as progress:
             text = page.made(subjects, captioned, progress=progress, **asked.of("write_report"))

@@ -8,14 +8,14 @@ import click
 
 from ..errors import ParameterError, visible
 from . import options
-from .command import Asked, command
+from .command import TypedArguments, command
 from .terminal import echo
 
 
 @command("engine.shader_source", short_help="Print the formula of MATERIAL as source code.")
 @options.material_argument
 @options.output_option("File to write; its large tables lie beside it.", required=False)
-def shader_source(material: options.Material, output: Path | None, asked: Asked) -> None:
+def shader_source(material: options.TypedMaterial, output: Path | None, asked: TypedArguments) -> None:
     """Print the formula of MATERIAL as source code for a renderer: readable, with citations, nothing to link against.
 
     \b

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..errors import visible
 from . import options
-from .command import Asked, command
+from .command import TypedArguments, command
 from .terminal import bar, echo
 
 
@@ -16,7 +16,7 @@ from .terminal import bar, echo
 @options.output_option("Figure to write: .png, .jpg, .pdf or .svg.")
 @options.lit_options
 @options.with_light_help
-def show(material: options.Material, output: Path, lit: options.Lit, asked: Asked) -> None:
+def show(material: options.TypedMaterial, output: Path, lit: options.Lit, asked: TypedArguments) -> None:
     """Draw MATERIAL in one figure: slices in the plane of incidence, albedo, a lit sphere or a map.
 
     Curves of a measurement end where its data end; points are measured values, with bars of two uncertainties.

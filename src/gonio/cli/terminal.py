@@ -24,7 +24,7 @@ BAD_INPUT, FAULT, INTERRUPTED, NOBODY_READS = 2, 70, 130, 141
 """Exit codes; the last three are those of sysexits.h and of a shell, for SIGINT and SIGPIPE."""
 
 
-class Program(click.Group):
+class CommandGroup(click.Group):
     """A group of commands: bad input and failures of the machine end in one line and exit code 2.
 
     Help comes from the docstrings, under `python -OO` too.
@@ -166,8 +166,8 @@ def _announced_warnings() -> Iterator[None]:
         _say(f"gonio: warning: {_one_line(str(message))}")
 
     with warnings.catch_warnings():
-        for kind in (MissingDataWarning, LeftOutWarning):
-            warnings.simplefilter("default", kind)
+        for category in (MissingDataWarning, LeftOutWarning):
+            warnings.simplefilter("default", category)
         warnings.showwarning = show
         yield
 

@@ -62,7 +62,7 @@ class _Axis(NamedTuple):
     steps: tuple[int, ...]
 
 
-class Plan(NamedTuple):
+class KernelPlan(NamedTuple):
     """Calls with arrays of the same shapes and strides: everything but the addresses."""
 
     function: store.Function
@@ -98,7 +98,9 @@ class Data(NamedTuple):
     dtype: np.dtype
 
 
-def prepare(graph: Graph, results: Sequence[Result], data: Data, single: bool = False, adds: bool = False) -> Plan:
+def prepare(
+    graph: Graph, results: Sequence[Result], data: Data, single: bool = False, adds: bool = False
+) -> KernelPlan:
     """A plan to evaluate a graph over data.
 
     A result that is not stored for each element is stored once for the whole last axis. `single`, `adds`: see
@@ -139,7 +141,7 @@ def prepare(graph: Graph, results: Sequence[Result], data: Data, single: bool = 
     words.append(read * dtype.itemsize + sum(size for _, _, _, size in outputs) > CACHED)
     function: Any = store.kernel(program)
     operations = len(graph.operations) * (1 if {"loop", "rays"}.isdisjoint(graph.operations) else LOOPED)
-    return Plan(
+    return KernelPlan(
         function,
         cast(function, c_void_p).value or 0,
         partial((c_int64 * (len(words) + 1)).from_buffer_copy, (c_int64 * (len(words) + 1))(*words)),
@@ -160,7 +162,9 @@ def prepare(graph: Graph, results: Sequence[Result], data: Data, single: bool = 
     )
 
 
-def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], tables: Sequence[np.ndarray]) -> Plan:
+def renewed(
+    plan: KernelPlan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], tables: Sequence[np.ndarray]
+) -> KernelPlan:
     """The plan with other parameters, of the same shapes and strides, and other tables.
 
     `arrays`: each with the place in `prepare` of the array that it is, or of several whose one number each it has side
@@ -177,8 +181,10 @@ def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], ta
     return plan._replace(block=partial(type(block).from_buffer_copy, block), ready=[], keeper=(arrays, tables))
 
 
-def carry_out(plan: Plan, inputs: Sequence[np.ndarray], given: Sequence[np.ndarray] = ()) -> list[np.ndarray]:
-    """The results of a plan for these arrays; `given` are those that take the first."""
+def carry_out(
+    plan: KernelPlan, inputs: Sequence[np.ndarray], destinations: Sequence[np.ndarray] = ()
+) -> list[np.ndarray]:
+    """The results of a plan for these arrays; `destinations` are those that take the first."""
     count = _crew(plan.work) if plan.work >= PARALLEL else 1
     try:
         arguments = plan.ready.pop()
@@ -189,9 +195,9 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], given: Sequence[np.ndarr
     for word, k in plan.inputs:
         block[word] = _address(inputs[k])
     results, outputs = [], plan.outputs
-    if given:
-        results, outputs = [*given], outputs[len(given) :]
-        for result, (word, *_) in zip(given, plan.outputs, strict=False):
+    if destinations:
+        results, outputs = [*destinations], outputs[len(destinations) :]
+        for result, (word, *_) in zip(destinations, plan.outputs, strict=False):
             block[word] = _address(result)
     for word, shape, dtype, size in outputs:
         result = np.empty(shape, dtype) if size < memory.SMALL else memory.empty(shape, dtype)
@@ -212,7 +218,7 @@ _ended = [0.0]
 """When the last call ended that threads may share."""
 
 
-def _moved(plan: Plan, block: Any) -> Iterator[None]:
+def _moved(plan: KernelPlan, block: Any) -> Iterator[None]:
     """The block of arguments at each step along the further axes: the addresses that a step moves are set."""
     steps = zip(*(steps for _, steps in plan.above), strict=True)
     words = [(word, block[word], by) for word, by in zip(plan.addresses, steps, strict=True) if any(by)]
@@ -237,7 +243,7 @@ def _crew(work: int) -> int:
     return count
 
 
-def _run(plan: Plan, arguments: tuple[Any, ...], count: int) -> None:
+def _run(plan: KernelPlan, arguments: tuple[Any, ...], count: int) -> None:
     block = arguments[0]
     if count == 1 and plan.work <= PIECE:
         block[-1] = 0
@@ -252,7 +258,7 @@ def _run(plan: Plan, arguments: tuple[Any, ...], count: int) -> None:
             wake(count - 1)  # again: idle helpers soon fall asleep
 
 
-def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]]:
+def _pieces(plan: KernelPlan, block: Any, count: int) -> Iterator[tuple[int, int, int]]:
     """The ends of a kernel's loops and its grain, call by call. Each call takes some hundredths of a second, and
     interrupts are answered between calls."""
     outer, inner = plan.outer, plan.inner

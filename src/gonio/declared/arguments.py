@@ -36,7 +36,7 @@ from .wording import advised, as_typed, in_words, suspected, suspected_text, swa
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-class Argument(NamedTuple):
+class FunctionArgument(NamedTuple):
     """An argument of a function; `kinds`: the types of its value, None aside."""
 
     name: str
@@ -47,12 +47,12 @@ class Argument(NamedTuple):
     @property
     def expected(self) -> str:
         """The allowed values, in words."""
-        return ", or ".join(in_words(kind, self.declared) for kind in self.kinds)
+        return ", or ".join(in_words(hint, self.declared) for hint in self.kinds)
 
     @property
     def expected_typed(self) -> str:
         """The allowed values in words, in the units of the command line."""
-        return ", or ".join(in_words(kind, self.declared.typed, typed=True) for kind in self.kinds)
+        return ", or ".join(in_words(hint, self.declared.typed, typed=True) for hint in self.kinds)
 
     @property
     def usual(self) -> str:
@@ -68,16 +68,16 @@ class Argument(NamedTuple):
     @property
     def is_typed(self) -> bool:
         """Whether people can type its values, and none of them names a file."""
-        known = (int, float, *((Any,) if self.declared.unit else ()))
-        return bool(self.words) or all(scalar_of(kind) in known for kind in self.kinds)
+        typeable = (int, float, *((Any,) if self.declared.unit else ()))
+        return bool(self.words) or all(scalar_of(hint) in typeable for hint in self.kinds)
 
     def checked(self, value: Any, given: str = "", advice: str = "") -> Any:
         """The value, converted. Raises ParameterError, which begins with what was `given`: "plan(n=0)"."""
         if value is None and self.default is None:
             return None
-        for kind in self.kinds:
+        for hint in self.kinds:
             with suppress(*UNFIT):
-                return fit(kind, value, self.declared)
+                return fit(hint, value, self.declared)
         given = given or f"{self.name}={shown(value)}"
         advice = suspected(value, self.declared) + advice
         raise ParameterError(f"{given}: expected {self.expected}: {self.declared.doc}{advice}")
@@ -86,9 +86,9 @@ class Argument(NamedTuple):
         """The value of a text; the error begins with what was `given`, "--theta-i '95'", and is in units of people."""
         if text.lower() == "none" and self.default is None:
             return None
-        for kind in self.kinds:
+        for hint in self.kinds:
             with suppress(*UNFIT):
-                return fit(kind, of_text(kind, text, self.declared), self.declared)
+                return fit(hint, of_text(hint, text, self.declared), self.declared)
         advice = suspected_text(text, self.declared) + advice
         given += taken(text, self.declared)
         raise ParameterError(f"{given}: expected {self.expected_typed}: {self.declared.doc}{advice}")
@@ -98,11 +98,11 @@ class Argument(NamedTuple):
 
 
 @functools.cache
-def arguments(function: Callable) -> dict[str, Argument]:
+def arguments(function: Callable) -> dict[str, FunctionArgument]:
     """The declared arguments of a function, or of the constructor of a class, by name."""
     hinted = hints(function)
-    found = {p.name: _argument(p, hinted[p.name]) for p in inspect.signature(function).parameters.values()}
-    return {name: argument for name, argument in found.items() if argument is not None}
+    by_name = {p.name: _argument(p, hinted[p.name]) for p in inspect.signature(function).parameters.values()}
+    return {name: argument for name, argument in by_name.items() if argument is not None}
 
 
 def hints(function: Callable) -> dict[str, Any]:
@@ -114,19 +114,19 @@ def hints(function: Callable) -> dict[str, Any]:
 
 def check_fields(value: Any) -> None:
     """Check the declared fields of a frozen dataclass, for its `__post_init__`. Raises ParameterError."""
-    kind: Callable = type(value)
-    for name, argument in arguments(kind).items():
+    cls: Callable = type(value)
+    for name, argument in arguments(cls).items():
         one = getattr(value, name)
-        object.__setattr__(value, name, argument.checked(one, f"{kind.__name__}({name}={shown(one)})"))
+        object.__setattr__(value, name, argument.checked(one, f"{cls.__name__}({name}={shown(one)})"))
 
 
-def _argument(parameter: inspect.Parameter, hint: Any) -> Argument | None:
+def _argument(parameter: inspect.Parameter, hint: Any) -> FunctionArgument | None:
     """A parameter, where it is declared; None in its type stands for its absence."""
     declared = declared_in(hint)
     if declared is None:
         return None
-    kinds = tuple(kind for of in alternatives(hint) for kind in alternatives(of) if kind is not NoneType)
-    return Argument(parameter.name, kinds, parameter.default, declared)
+    kinds = tuple(one for of in alternatives(hint) for one in alternatives(of) if one is not NoneType)
+    return FunctionArgument(parameter.name, kinds, parameter.default, declared)
 
 
 def checked(function: F) -> F:
@@ -135,7 +135,7 @@ def checked(function: F) -> F:
     names = [name for name, p in parameters.items() if p.kind is p.POSITIONAL_OR_KEYWORD]
     scope = getattr(function, "__globals__", {})
     kinds = {name: _kind(p.annotation, scope) for name, p in parameters.items() if p.kind is not p.VAR_KEYWORD}
-    held = {name: _taken_apart(kind) for name, kind in kinds.items()}
+    held = {name: _taken_apart(hint) for name, hint in kinds.items()}
     defaults = {name: p.default for name, p in parameters.items()}
     title = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
 
@@ -145,9 +145,9 @@ def checked(function: F) -> F:
             return value
         with suppress(*UNFIT):
             return fit(inner, value, declared)
-        kind = kinds[name]
-        advice = swapped(name, kind, dict(zip(names, args, strict=False)) | named) or advised(kind, value)
-        raise ParameterError(f"{title}({name}={shown(value)}): expected {in_words(kind)}{advice}")
+        hint = kinds[name]
+        advice = swapped(name, hint, dict(zip(names, args, strict=False)) | named) or advised(hint, value)
+        raise ParameterError(f"{title}({name}={shown(value)}): expected {in_words(hint)}{advice}")
 
     @functools.wraps(function)
     def call(*args: Any, **named: Any) -> Any:
@@ -168,11 +168,11 @@ def checked(function: F) -> F:
     return cast(F, call)
 
 
-def _taken_apart(kind: Any) -> tuple[Any, Declared | None]:
+def _taken_apart(hint: Any) -> tuple[Any, Declared | None]:
     """The type of `Annotated[type, Declared(...)]`, and the declaration; of another kind itself."""
-    if hasattr(kind, "__metadata__") and Real not in kind.__metadata__:
-        return typing.get_args(kind)[0], next((x for x in kind.__metadata__ if isinstance(x, Declared)), None)
-    return kind, None
+    if hasattr(hint, "__metadata__") and Real not in hint.__metadata__:
+        return typing.get_args(hint)[0], next((x for x in hint.__metadata__ if isinstance(x, Declared)), None)
+    return hint, None
 
 
 def _kind(annotation: Any, scope: dict[str, Any]) -> Any:

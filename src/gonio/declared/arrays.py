@@ -24,7 +24,7 @@ Array = NDArray[np.floating[Any]]
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-class Points(NamedTuple):
+class VectorArrays(NamedTuple):
     """Vectors x, y, z on the last axis; `axes` counts the axes that do not broadcast."""
 
     shape: str = "(..., 3)"
@@ -55,7 +55,7 @@ def in_range(name: str, value: Any, d: Declared) -> Array:
     return array
 
 
-def points(name: str, value: Any, allowed: Points) -> Array:
+def points(name: str, value: Any, allowed: VectorArrays) -> Array:
     """Vectors that are finite, or NaN. Raises ShapeError, ParameterError."""
     array = real_numbers(name, value)
     if array.ndim < allowed.axes or array.shape[-1] != 3 or (allowed.axes == 2 and array.shape[-2] < 3):
@@ -65,9 +65,9 @@ def points(name: str, value: Any, allowed: Points) -> Array:
     return array
 
 
-def one_dtype(arrays: dict[str, Array], given: dict[str, Any]) -> dict[str, Array]:
+def one_dtype(arrays: dict[str, Array], arguments: dict[str, Any]) -> dict[str, Array]:
     """Python numbers and lists take the dtype of the arrays: they must not turn float32 into float64."""
-    dtypes = [array.dtype for name, array in arrays.items() if hasattr(given[name], "dtype")]
+    dtypes = [array.dtype for name, array in arrays.items() if hasattr(arguments[name], "dtype")]
     dtype = np.result_type(*dtypes) if dtypes else np.dtype(np.float64)
     with np.errstate(over="ignore"):  # 1e300 is infinite in single precision, and so is what follows from it
         return {name: array.astype(dtype, copy=False) for name, array in arrays.items()}
@@ -88,11 +88,11 @@ def broadcasting(shapes: dict[str, tuple[int, ...]]) -> None:
 
 
 def formula(function: F, double: bool = False) -> F:
-    """Each call gets arrays of one dtype that broadcast, held to the `Declared` and `Points` of the signature; with
-    `double` those of double precision, and floats for numbers."""
+    """Each call gets arrays of one dtype that broadcast, held to the `Declared` and `VectorArrays` of the signature;
+    with `double` those of double precision, and floats for numbers."""
     signature = inspect.signature(function, eval_str=True)
     rules = {
-        p.name: next(x for x in p.annotation.__metadata__ if isinstance(x, (Declared, Points)))
+        p.name: next(x for x in p.annotation.__metadata__ if isinstance(x, (Declared, VectorArrays)))
         for p in signature.parameters.values()
         if hasattr(p.annotation, "__metadata__") and p.annotation.__origin__ is not str
     }
@@ -106,20 +106,20 @@ def formula(function: F, double: bool = False) -> F:
 
     def carried_out(*args: Any, **named: Any) -> Any:
         try:
-            given = signature.bind(*args, **named)
+            bound = signature.bind(*args, **named)
         except TypeError:
             return function(*args, **named)  # Python's own words about the number and names of arguments
-        given.apply_defaults()
+        bound.apply_defaults()
         arrays, shapes = {}, {}
         for name, rule in rules.items():
-            if given.arguments[name] is not None or signature.parameters[name].default is not None:
-                value = given.arguments[name]
-                array = points(name, value, rule) if isinstance(rule, Points) else in_range(name, value, rule)
+            if bound.arguments[name] is not None or signature.parameters[name].default is not None:
+                value = bound.arguments[name]
+                array = points(name, value, rule) if isinstance(rule, VectorArrays) else in_range(name, value, rule)
                 arrays[name], shapes[name] = array, array.shape[: array.ndim - getattr(rule, "axes", 0)]
-        given.arguments |= doubled(arrays) if double else one_dtype(arrays, given.arguments)
+        bound.arguments |= doubled(arrays) if double else one_dtype(arrays, bound.arguments)
         broadcasting(shapes)
         with np.errstate(all="ignore"):  # of infinite and of huge numbers
-            return words(*given.args, **given.kwargs)
+            return words(*bound.args, **bound.kwargs)
 
     words = checked(function)
     return cast(F, call)

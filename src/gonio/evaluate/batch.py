@@ -110,12 +110,12 @@ def _takes_labels(call: Call) -> bool:
     special = [x for x in call.inputs if labels.is_named(x) or labels.is_lazy(x)]
     if special or call.material._lazy:
         what = "out=" if len(call.task.kinds) == 1 else "sample"
-        kind = type(special[0]).__name__ if special else "Dask parameters"
-        raise ArrayTypeError(f"{what} is for plain arrays; got {kind}; take x.values, or x.compute()")
+        type_name = type(special[0]).__name__ if special else "Dask parameters"
+        raise ArrayTypeError(f"{what} is for plain arrays; got {type_name}; take x.values, or x.compute()")
     return False
 
 
-class Way(NamedTuple):
+class _Way(NamedTuple):
     """A way of computing calls: whether it can, and the results; None where it finds that it does not pay."""
 
     can: Callable[[Call], Any]
@@ -123,16 +123,16 @@ class Way(NamedTuple):
 
 
 WAYS = (
-    Way(lambda c: c.lib is None and labelled.has_names(c.material, c.inputs), _named),  # xarray, pandas
-    Way(lambda c: c.lib is None, _later),  # Dask, each chunk by itself
-    Way(lambda c: c.lib.channel_loop, libraries.by_channel),  # arrays of one component each: Dr.Jit
-    Way(lambda c: c.lib.name != "numpy", libraries.at_once),  # PyTorch, JAX ...
-    Way(lambda c: c.compiles and c.is_new, planning.again),  # NumPy, by a plan that there is
-    Way(lambda c: c.compiles and c.draft and c.draft.as_axis, planning.by(Staged)),  # what many channels share first
-    Way(lambda c: c.compiles and c.draft and pays(c), planning.by(Turned)),  # sums over a short axis
-    Way(lambda c: c.compiles and c.draft, planning.by(Whole)),  # one kernel
-    Way(lambda c: c.task.differentiates, blocks.by_trace),  # NumPy alone, node by node
-    Way(lambda c: True, blocks.by_formula),  # NumPy alone, in blocks that stay in the processor's cache
+    _Way(lambda c: c.lib is None and labelled.has_names(c.material, c.inputs), _named),  # xarray, pandas
+    _Way(lambda c: c.lib is None, _later),  # Dask, each chunk by itself
+    _Way(lambda c: c.lib.channel_loop, libraries.by_channel),  # arrays of one component each: Dr.Jit
+    _Way(lambda c: c.lib.name != "numpy", libraries.at_once),  # PyTorch, JAX ...
+    _Way(lambda c: c.compiles and c.is_new, planning.again),  # NumPy, by a plan that there is
+    _Way(lambda c: c.compiles and c.draft and c.draft.as_axis, planning.by(Staged)),  # what many channels share first
+    _Way(lambda c: c.compiles and c.draft and pays(c), planning.by(Turned)),  # sums over a short axis
+    _Way(lambda c: c.compiles and c.draft, planning.by(Whole)),  # one kernel
+    _Way(lambda c: c.task.differentiates, blocks.by_trace),  # NumPy alone, node by node
+    _Way(lambda c: True, blocks.by_formula),  # NumPy alone, in blocks that stay in the processor's cache
 )
 """All ways, in the order in which they are tried. Before them comes a plan of an earlier call: see `run`."""
 

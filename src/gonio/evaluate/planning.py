@@ -27,7 +27,7 @@ PLANS_KEPT = 64  # for a material
 _GIVEN_UP: list[str] = []
 
 
-class Plan(Protocol):
+class _Plan(Protocol):
     """A plan of any kind, for calls with arrays of the same shapes and strides."""
 
     @property
@@ -88,7 +88,7 @@ def _give_up(error: Exception) -> None:
         warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning)
 
 
-def known(task: Task, material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
+def known(task: Task, material: Parametrised, inputs: Sequence[Any]) -> _Plan | None:
     """The plan of an earlier call of a task with such arrays, of this material or one of its structure and shapes."""
     key = task.plan_key(inputs)
     plans = material._derived.get(known)
@@ -98,7 +98,7 @@ def known(task: Task, material: Parametrised, inputs: Sequence[Any]) -> Plan | N
 class _Pattern(NamedTuple):
     """A plan without arrays, for other numbers of the same structure and shapes."""
 
-    plan: Plan
+    plan: _Plan
     looked_up: frozenset[int]  # as those of its trace
     reach: dict[int, int]
     merged: bool  # whether any merged numbers are read
@@ -107,7 +107,7 @@ class _Pattern(NamedTuple):
 _PATTERNS: Cache[tuple[Any, ...], _Pattern] = Cache(lambda pattern: pattern.plan.size())
 
 
-def _of_pattern(key: tuple[Any, ...], task: Task, material: Parametrised, dtype: np.dtype) -> Plan | None:
+def _of_pattern(key: tuple[Any, ...], task: Task, material: Parametrised, dtype: np.dtype) -> _Plan | None:
     """A plan for the numbers of this material, if there was one for others of their shapes."""
     patterns = material._alike.get(known)
     if patterns is None:
@@ -127,7 +127,7 @@ def _of_pattern(key: tuple[Any, ...], task: Task, material: Parametrised, dtype:
     return _remembered(key, material, pattern.plan.with_numbers(leaves_of(material, pattern.merged), tables, dtype))
 
 
-def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Plan) -> Plan:
+def _remembered(key: tuple[Any, ...], material: Parametrised, plan: _Plan) -> _Plan:
     plans = material._derived.get(known)
     if plans is None:
         plans = material._derived[known] = Passing()
@@ -149,24 +149,24 @@ def again(call: Call) -> list[Any] | None:
     return None
 
 
-def by(kind: type[Plan]) -> Callable[[Call], list[Any] | None]:
+def by(plan_class: type[_Plan]) -> Callable[[Call], list[Any] | None]:
     """The way that makes plans of a kind, and keeps them for further calls with such arrays."""
 
     def do(call: Call) -> list[Any] | None:
         with suppress(TraceError, EngineError):
-            plan = new_plan(kind, call)
+            plan = new_plan(plan_class, call)
             return _carried_out(plan, call) if plan is not None else None
         return None
 
     return do
 
 
-def new_plan(kind: type[Plan], call: Call) -> Plan | None:
+def new_plan(plan_class: type[_Plan], call: Call) -> _Plan | None:
     """A plan for calls with such arrays, kept for further ones; None where it does not pay, or cannot be made."""
     task, material, draft = call.task, call.material, call.draft
     assert draft is not None
     try:
-        plan = kind.of(call, draft)
+        plan = plan_class.of(call, draft)
     except (DependencyError, EngineError) as error:
         _give_up(error)
         call.compiles = False
@@ -180,5 +180,5 @@ def new_plan(kind: type[Plan], call: Call) -> Plan | None:
     return _remembered(key, material, plan)
 
 
-def _carried_out(plan: Plan, call: Call) -> list[Any]:
+def _carried_out(plan: _Plan, call: Call) -> list[Any]:
     return plan.stored(call.inputs, call.out) if call.into is None else plan.added(call.inputs, call.into)

@@ -17,7 +17,7 @@ from ..arrays import Fixed
 from ..arrays.kinds import VALUE
 from ..compile.llvm.program import EACH
 from ..compile.llvm.program import TOTAL as SUMMED
-from ..compile.plans import Data, Plan, Result, carry_out, prepare, renewed
+from ..compile.plans import Data, KernelPlan, Result, carry_out, prepare, renewed
 from ..compile.store import size
 from ..machine import caches, memory
 from ..trace.graph import Graph
@@ -43,12 +43,12 @@ BEHIND, BEFORE_LAST, FIRST = "behind", "before last", "first"
 class Parts(NamedTuple):
     """The two plans for a block of the batch; the first is missing where nothing is shared."""
 
-    shared: Plan | None
-    own: Plan
+    shared: KernelPlan | None
+    own: KernelPlan
 
 
 class Alone(NamedTuple):
-    """What depends on the channel alone, which is computed with the plan and comes to its second stage as arrays."""
+    """Values that depend on the channel alone, computed with the plan; they come to its second stage as arrays."""
 
     graph: Graph
     nodes: tuple[int, ...]
@@ -68,7 +68,7 @@ class Alone(NamedTuple):
 class Staged(NamedTuple):
     """A plan of two stages for calls with arrays of the same shapes and strides."""
 
-    outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # as those of `Plan`; the first number is of no use
+    outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # as those of `_Plan`; the first number has no use
     blocks: tuple[tuple[int, int, Parts], ...]  # ends along the first axis of the batch, and the plans
     sliced: tuple[bool, ...]  # whether an input has that axis
     place: str  # of the channels' axis
@@ -134,7 +134,7 @@ class Staged(NamedTuple):
         """The plan without the arrays of parameters that it keeps."""
         return self._each(*[lambda plan: plan._replace(keeper=None)] * 2)
 
-    def _each(self, shared: Callable[[Plan], Plan], own: Callable[[Plan], Plan]) -> Self:
+    def _each(self, shared: Callable[[KernelPlan], KernelPlan], own: Callable[[KernelPlan], KernelPlan]) -> Self:
         """With other plans of both stages."""
         new: dict[int, Parts] = {}
         for _, _, parts in self.blocks:
@@ -224,9 +224,11 @@ def _of_channels(value: Any, dtype: np.dtype, place: str, axes: int) -> np.ndarr
     return array[..., None]
 
 
-def _carried_out(plan: Staged, inputs: Sequence[np.ndarray], given: Sequence[np.ndarray] = ()) -> list[np.ndarray]:
-    """The results of a plan for these arrays; `given` are those that take the first."""
-    results, several, out = [], len(plan.blocks) > 1, given[0] if given else None
+def _carried_out(
+    plan: Staged, inputs: Sequence[np.ndarray], destinations: Sequence[np.ndarray] = ()
+) -> list[np.ndarray]:
+    """The results of a plan for these arrays; `destinations` are those that take the first."""
+    results, several, out = [], len(plan.blocks) > 1, destinations[0] if destinations else None
     if plan.place == BEHIND and several:
         _, shape, dtype, _ = plan.outputs[0]
         out = memory.empty(shape, dtype) if out is None else out

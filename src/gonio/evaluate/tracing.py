@@ -138,7 +138,7 @@ class Trace(NamedTuple):
     loops: bool
 
 
-class Content(NamedTuple):
+class _Content(NamedTuple):
     """Everything that formulas depend on: the structure, which a trace depends on, and numbers and tables, in the order
     of `bind`."""
 
@@ -147,15 +147,15 @@ class Content(NamedTuple):
     tables: list[Fixed]
 
 
-def content(material: Parametrised) -> Content:
+def content(material: Parametrised) -> _Content:
     """The structure, numbers and tables of a material."""
-    gathered: Content | None = material._derived.get(content)
+    gathered: _Content | None = material._derived.get(content)
     if gathered is None:
         gathered = material._derived[content] = _gathered(material)
     return gathered
 
 
-def _gathered(material: Parametrised) -> Content:
+def _gathered(material: Parametrised) -> _Content:
     values, tied, kept, fields = material.__dict__, material._tied, material._kept, material.fields
     leaves: list[Any] = []
     tables: list[Fixed] = []
@@ -168,7 +168,7 @@ def _gathered(material: Parametrised) -> Content:
             leaves.append(kept[name] if name in kept else values[name])
     if len(kept):
         tables += [kept[name] for name in kept if not isinstance(fields.get(name), Numbers)]
-    return Content(_structure(material), leaves, tables)
+    return _Content(_structure(material), leaves, tables)
 
 
 def _structure(material: Parametrised) -> tuple[Any, ...]:
@@ -291,11 +291,11 @@ def linear(kernel: Kernel, widths: tuple[int, ...], material: Parametrised, leav
     graph, (node,) = trace.graph, trace.results[0]
     loads = [graph.load(trace.inputs + k, 0) for k in leaves]
     reached = [set(graph.reachable([slope])) for slope in gradient(graph, node, loads)]
-    found: list[int] = []
+    chosen: list[int] = []
     for i, load in enumerate(loads):
-        if not any(load in reached[j] or loads[j] in reached[i] for j in (*found, i)):
-            found.append(i)
-    return [leaves[i] for i in found]
+        if not any(load in reached[j] or loads[j] in reached[i] for j in (*chosen, i)):
+            chosen.append(i)
+    return [leaves[i] for i in chosen]
 
 
 def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int, channels: int | None) -> Trace:

@@ -31,7 +31,7 @@ class Turned(NamedTuple):
     whole: Whole
     kinds: tuple[str, ...]
     elements: tuple[tuple[int, ...], ...]
-    outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # as those of `Plan`; the first number is of no use
+    outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # as those of `_Plan`; the first number has no use
 
     @classmethod
     def of(cls, call: Call, draft: Draft) -> Self:

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays.kinds import COUNT, MATRIX, SQUARE, TOTAL, VALUE
 from ..compile.llvm.program import EACH, ONCE, SQUARED
 from ..compile.llvm.program import TOTAL as ADDED_UP
-from ..compile.plans import Data, Plan, Result, carry_out, prepare, renewed
+from ..compile.plans import Data, KernelPlan, Result, carry_out, prepare, renewed
 from ..compile.store import size
 from .call import Call, Draft, parameter, parameters, stored
 from .tracing import Trace, brief
@@ -24,7 +24,7 @@ _USES = {VALUE: EACH, MATRIX: EACH, TOTAL: ADDED_UP, COUNT: ADDED_UP, SQUARE: SQ
 class Whole(NamedTuple):
     """A plan of one kernel, and where the numbers of other materials of the same structure go in it."""
 
-    plan: Plan
+    plan: KernelPlan
     outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]
     as_axis: bool
     numbers: tuple[int, ...]  # those of the material's leaves, then of the merged ones, that are read
@@ -43,7 +43,7 @@ class Whole(NamedTuple):
         return cls.around(prepare(trace.graph, results, data, brief(), task.adds), trace, as_axis)
 
     @classmethod
-    def around(cls, plan: Plan, trace: Trace, as_axis: bool = False) -> Self:
+    def around(cls, plan: KernelPlan, trace: Trace, as_axis: bool = False) -> Self:
         """The plan that was prepared for a trace, of all its inputs and parameters."""
         places = tuple(sorted(k for k in trace.read if k >= trace.inputs))
         return cls(plan, plan.outputs, as_axis, tuple(k - trace.inputs for k in places), places)

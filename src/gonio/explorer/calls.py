@@ -12,7 +12,7 @@ import numpy as np
 from ..base.angles import direction
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
-from ..declared.arguments import Argument, Declared, arguments
+from ..declared.arguments import Declared, FunctionArgument, arguments
 from ..declared.version import __version__
 from ..errors import NotFoundError, ParameterError, suggestion
 from ..facts.public import form, forms, public
@@ -51,8 +51,8 @@ def names(shelf: Shelf) -> dict[str, Any]:
     from ..facts.models import drawn, kinds, summary
 
     models = [
-        {"name": name, "doc": summary(kind).replace("`", ""), "example": drawn(kind)}
-        for name, kind in kinds()["Models"].items()
+        {"name": name, "doc": summary(cls).replace("`", ""), "example": drawn(cls)}
+        for name, cls in kinds()["Models"].items()
     ]
     return {
         "given": [{"text": name, "title": name} for name in shelf.given],
@@ -97,17 +97,17 @@ def fit(shelf: Shelf, text: Text, model: Text, replaced: Replaced = NOTHING) -> 
     """The fit of a model, `gn.fit`, and the fitted model as a material of its own."""
     from ..catalogue.expressions import expression
 
-    found = public("fit")(shelf.material(text, replaced), expression(model))
+    fitted = public("fit")(shelf.material(text, replaced), expression(model))
     numbers = [
         {"name": name, "value": float(value), "u": u}
-        for (name, u), value in zip(found.stderr.items(), found.values, strict=True)
+        for (name, u), value in zip(fitted.stderr.items(), fitted.values, strict=True)
     ]
-    made = repr(found.model)
+    made = repr(fitted.model)
     return {
         "expression": made,
         "numbers": numbers,
-        "rms": found.rms,
-        "text": found.report(),
+        "rms": fitted.rms,
+        "text": fitted.report(),
         "material": _described(shelf, made, {}),
     }
 
@@ -175,29 +175,29 @@ def f(shelf: Shelf, text: Text, wi: Directions, wo: Directions, replaced: Replac
 
 def functions(shelf: Shelf) -> dict[str, Any]:
     """The public functions that `ask` takes, with their arguments."""
-    return {"functions": [found.to_json() for found in forms()]}
+    return {"functions": [one.to_json() for one in forms()]}
 
 
 def ask(
     shelf: Shelf, text: Text, function: Word, given: Given = NOTHING, replaced: Replaced = NOTHING
 ) -> dict[str, Any]:
     """A public function of the material, `gn.function(m, ...)`, with arguments as they are typed."""
-    found = form(function)
-    if found is None:
+    declared = form(function)
+    if declared is None:
         every = [f.name for f in forms()]
         close = suggestion(function, every)
         raise NotFoundError(f"{function}: no function of a material{close}; expected one of {', '.join(every)}")
     for name in given:
-        if name not in found.fields:
-            close = suggestion(name, found.fields)
-            known = ", ".join(found.fields) or "none"
-            raise ParameterError(f"{function}: no argument {name!r}{close}; expected {known}")
-    for name, field in found.fields.items():
+        if name not in declared.fields:
+            close = suggestion(name, declared.fields)
+            listed = ", ".join(declared.fields) or "none"
+            raise ParameterError(f"{function}: no argument {name!r}{close}; expected {listed}")
+    for name, field in declared.fields.items():
         if name not in given and field.default is Parameter.empty:
             raise ParameterError(f"{function}: {name}: expected {field.expected_typed}: {field.declared.doc}")
-    values = {name: found.fields[name].checked_text(typed, f"{name} {typed!r:.60}") for name, typed in given.items()}
+    values = {name: declared.fields[name].checked_text(typed, f"{name} {typed!r:.60}") for name, typed in given.items()}
     with np.printoptions(precision=6, suppress=True):
-        return {"text": str(found.function(shelf.material(text, replaced), **values))}
+        return {"text": str(declared.function(shelf.material(text, replaced), **values))}
 
 
 def _with_channels(m: Reflectance, f: Any) -> np.ndarray:
@@ -210,23 +210,29 @@ def _described(shelf: Shelf, text: str, replaced: Mapping[str, Any]) -> dict[str
     return described(shelf, text, replaced)
 
 
-class Call(NamedTuple):
+class PageCall(NamedTuple):
     """What a page may ask for: the function, and the seconds after which the worker is ended."""
 
     function: Callable[..., dict[str, Any]]
     seconds: float = 120.0
 
     @property
-    def arguments(self) -> dict[str, Argument]:
+    def arguments(self) -> dict[str, FunctionArgument]:
         """The arguments of a request, by name."""
         return arguments(self.function)
 
 
-CALLS: dict[str, Call] = {
+CALLS: dict[str, PageCall] = {
     call.function.__name__: call
     for call in (
-        *(Call(names, 60.0), Call(material), Call(check, 180.0), Call(fit, 600.0), Call(albedo, 180.0)),
-        *(Call(source), Call(data), Call(f), Call(functions), Call(ask, 180.0)),
+        *(
+            PageCall(names, 60.0),
+            PageCall(material),
+            PageCall(check, 180.0),
+            PageCall(fit, 600.0),
+            PageCall(albedo, 180.0),
+        ),
+        *(PageCall(source), PageCall(data), PageCall(f), PageCall(functions), PageCall(ask, 180.0)),
     )
 }
 """Name -> what a page may ask for."""

@@ -50,7 +50,7 @@ def export(path: str | os.PathLike, given: Sequence[Given], progress: Callable[[
     return len(content)
 
 
-def one_file(files: dict[str, page.File], data: dict[str, Any]) -> str:
+def one_file(files: dict[str, page.PageFile], data: dict[str, Any]) -> str:
     """The page as one text, with styles, code, licences and data inside."""
     html = files[page.INDEX].content.decode()
 
@@ -59,7 +59,7 @@ def one_file(files: dict[str, page.File], data: dict[str, Any]) -> str:
             raise NotFoundError(f"the built page names {name}, which is not there; build it again: npm run build")
         return files[name].content.decode()
 
-    html = _STYLE.sub(lambda found: f"<style>{_closed(text(found[1]), 'style')}</style>", html)
+    html = _STYLE.sub(lambda match: f"<style>{_closed(text(match[1]), 'style')}</style>", html)
     packed = json.dumps(in_base64(data), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     head = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
     body = f'<script type="application/json" id="gonio-materials">{packed}</script>'
@@ -82,7 +82,7 @@ def _closed(text: str, tag: str) -> str:
 
 def _before(html: str, mark: str, text: str, after: bool = False) -> str:
     """The page with a text before (or after) a mark, which it must have."""
-    head, found, rest = html.partition(mark)
-    if not found:
+    head, matched, rest = html.partition(mark)
+    if not matched:
         raise NotFoundError(f"the built page has no {mark}; build it again: npm run build")
-    return f"{head}{found}{text}{rest}" if after else f"{head}{text}{found}{rest}"
+    return f"{head}{matched}{text}{rest}" if after else f"{head}{text}{matched}{rest}"

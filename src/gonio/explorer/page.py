@@ -19,7 +19,7 @@ TYPES = {
 INDEX = "index.html"
 
 
-class File(NamedTuple):
+class PageFile(NamedTuple):
     """A file of the page."""
 
     content: bytes
@@ -27,20 +27,20 @@ class File(NamedTuple):
 
 
 @cache
-def files() -> dict[str, File]:
+def files() -> dict[str, PageFile]:
     """Name -> file of the built page. Raises NotFoundError where it has not been built."""
     folder = resources.files(__package__) / "static"
-    found = {}
+    pages = {}
     if folder.is_dir():
         for path in folder.iterdir():
             suffix = "." + path.name.rpartition(".")[2]
             if path.is_file() and suffix in TYPES:
-                found[path.name] = File(path.read_bytes(), TYPES[suffix])
-    if INDEX not in found:
+                pages[path.name] = PageFile(path.read_bytes(), TYPES[suffix])
+    if INDEX not in pages:
         raise NotFoundError(
             "the page of the explorer has not been built; in the folder explorer of the source: npm ci, npm run build"
         )
-    return found
+    return pages
 
 
 def headers(host: str) -> dict[str, str]:

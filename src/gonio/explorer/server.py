@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import Error, ParameterError, visible
 from .calls import CALLS
 from .messages import decoded, number_of, refusal, request
-from .page import INDEX, File, headers
+from .page import INDEX, PageFile, headers
 from .uploads import UploadError, Uploads
 
 if TYPE_CHECKING:
@@ -39,7 +39,9 @@ OPEN = "open"
 class Server:
     """The application, for a host such as 127.0.0.1:8000: an ASGI callable."""
 
-    def __init__(self, session: Session, uploads: Uploads, files: dict[str, File], port: int, token: str, once: str):
+    def __init__(
+        self, session: Session, uploads: Uploads, files: dict[str, PageFile], port: int, token: str, once: str
+    ):
         from starlette.applications import Starlette
         from starlette.routing import Route, WebSocketRoute
 
@@ -77,9 +79,9 @@ class Server:
 
     def _judged(self, scope: Scope) -> tuple[str, int]:
         """The host of a request, and the status with which it is refused; 0 for one that goes on."""
-        given = [(name.lower(), value.decode("latin-1").lower()) for name, value in scope["headers"]]
-        hosts = [value for name, value in given if name == b"host"]
-        origins = [value for name, value in given if name == b"origin"]
+        pairs = [(name.lower(), value.decode("latin-1").lower()) for name, value in scope["headers"]]
+        hosts = [value for name, value in pairs if name == b"host"]
+        origins = [value for name, value in pairs if name == b"origin"]
         if len(hosts) != 1 or hosts[0] not in self.hosts:
             return self.hosts[0], 403
         if any(origin != f"http://{hosts[0]}" for origin in origins):
@@ -156,15 +158,15 @@ def _same(a: str, b: str) -> bool:
     return hmac.compare_digest(a.encode("utf-8", "surrogatepass"), b.encode())
 
 
-def _encoded(given: dict[str, str]) -> list[tuple[bytes, bytes]]:
-    return [(name.encode(), value.encode("latin-1")) for name, value in given.items()]
+def _encoded(fields: dict[str, str]) -> list[tuple[bytes, bytes]]:
+    return [(name.encode(), value.encode("latin-1")) for name, value in fields.items()]
 
 
 async def _plain(send: Send, status: int, host: str, more: dict[str, str] | None = None) -> None:
     """An answer without a page."""
     words = {302: b"", 403: b"forbidden", 404: b"not found"}[status]
-    given = {**headers(host), "content-type": "text/plain", "content-length": str(len(words)), **(more or {})}
-    await send({"type": "http.response.start", "status": status, "headers": _encoded(given)})
+    fields = {**headers(host), "content-type": "text/plain", "content-length": str(len(words)), **(more or {})}
+    await send({"type": "http.response.start", "status": status, "headers": _encoded(fields)})
     await send({"type": "http.response.body", "body": words})
 
 

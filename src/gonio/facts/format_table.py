@@ -7,7 +7,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from ..base.reflectance import Reflectance
-from ..declared.arguments import Argument
+from ..declared.arguments import FunctionArgument
 from ..formats import formats
 from ..formats._options import options
 
@@ -32,8 +32,8 @@ class Format(NamedTuple):
     description: str
     oracle: str
     layout: str
-    read_options: dict[str, Argument]
-    write_options: dict[str, Argument] | None
+    read_options: dict[str, FunctionArgument]
+    write_options: dict[str, FunctionArgument] | None
 
     @property
     def access(self) -> str:
@@ -76,7 +76,7 @@ def _sampled(module: ModuleType) -> bool | None:
     names = returned.split("|") if isinstance(returned, str) else [returned.__name__]
     names = [name.strip() for name in names if name.strip().rpartition(".")[2] != "Sheet"]
     kinds = [getattr(module, name, Reflectance) for name in names]
-    return None if Reflectance in kinds else all(kind.warp is not Reflectance.warp for kind in kinds)
+    return None if Reflectance in kinds else all(cls.warp is not Reflectance.warp for cls in kinds)
 
 
 def sampled_in_words(row: Format) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from ..declared.arguments import Argument, arguments, hints
+from ..declared.arguments import FunctionArgument, arguments, hints
 from ..declared.discover import docstring
 from ..declared.namespace import namespaces
 
@@ -23,7 +23,7 @@ class Form(NamedTuple):
 
     name: str
     function: Callable
-    fields: dict[str, Argument]
+    fields: dict[str, FunctionArgument]
 
     @property
     def summary(self) -> str:

@@ -17,7 +17,7 @@ PART = 0.05
 """Share of such a vector from which a number is not determined."""
 
 
-class Spread(NamedTuple):
+class _Covariance(NamedTuple):
     """Covariance (n, n) of numbers: inf on the diagonal of those that are not determined, 0 of those at a bound.
 
     freedom: degrees of freedom (n,) of the variances.
@@ -30,7 +30,7 @@ class Spread(NamedTuple):
     at_bound: np.ndarray
 
 
-def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.ndarray) -> Spread:
+def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.ndarray) -> _Covariance:
     """The covariance at the optimum x (n,), of the normal equations there.
 
     Of a likelihood A^-1, A = J^T J; otherwise A^-1 S A^-1, S the sum of squared slopes times the variances of the
@@ -43,7 +43,7 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
     n = len(x)
     covariance, freedom = np.zeros((n, n)), np.full(n, max(problem.samples.count - n, 1.0))
     if not len(free):
-        return Spread(covariance, freedom, 1.0, at_bound)
+        return _Covariance(covariance, freedom, 1.0, at_bound)
     a = matrix[np.ix_(free, free)]
     size = np.sqrt(np.where(np.diag(a) > 0.0, np.diag(a), 1.0))
     values, vectors = np.linalg.eigh(a / size[:, None] / size)
@@ -51,17 +51,17 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
     root = vectors[:, kept] / np.sqrt(values[kept])
     inverse = root @ root.T / size[:, None] / size
     if problem.loss == "likelihood" and problem.robust == "none":
-        found = inverse
+        of_free = inverse
     else:
-        found, freedom[free] = _sandwich(problem, x, free, inverse, freedom[0])
+        of_free, freedom[free] = _sandwich(problem, x, free, inverse, freedom[0])
     slopes = u.slopes(x)[free]
-    found = found * slopes[:, None] * slopes
+    of_free = of_free * slopes[:, None] * slopes
     for vector in vectors[:, ~kept].T:
         lost = np.abs(vector) > PART
-        found[lost, lost] = np.inf
-    covariance[np.ix_(free, free)] = found
+        of_free[lost, lost] = np.inf
+    covariance[np.ix_(free, free)] = of_free
     condition = float(np.sqrt(values[-1] / values[0])) if values[0] > 0.0 and kept.all() else float("inf")
-    return Spread(covariance, freedom, condition, at_bound)
+    return _Covariance(covariance, freedom, condition, at_bound)
 
 
 def _sandwich(
@@ -96,11 +96,11 @@ def _sandwich(
     f = np.broadcast_to(np.reshape(u.fitted(numbers).f(s.wi, s.wo), (len(s), -1)), s.f.shape)
     likely = noise(slopes, r, parts_of(problem, f))
     smooth = moves.T @ (moves * (likely.weights @ likely.variances)[:, None])
-    least, known = (moves * r[:, None] ** 2 * moves).sum(axis=0), np.diag(smooth)
-    between = likely.weights @ (likely.variances @ moves**2 - known) ** 2
-    own = 1.0 / (1.0 / freedom + 0.5 * between / np.where(known > 0.0, known, np.inf) ** 2)
-    larger = np.sqrt(np.maximum(least / np.where(known > 0.0, known, np.inf), 1.0))
-    return smooth * larger[:, None] * larger, np.maximum(own, 1.0)
+    least, expected = (moves * r[:, None] ** 2 * moves).sum(axis=0), np.diag(smooth)
+    between = likely.weights @ (likely.variances @ moves**2 - expected) ** 2
+    row_freedom = 1.0 / (1.0 / freedom + 0.5 * between / np.where(expected > 0.0, expected, np.inf) ** 2)
+    larger = np.sqrt(np.maximum(least / np.where(expected > 0.0, expected, np.inf), 1.0))
+    return smooth * larger[:, None] * larger, np.maximum(row_freedom, 1.0)
 
 
 FEW = 100_000
@@ -114,8 +114,8 @@ def correlations(covariance: np.ndarray) -> np.ndarray:
     """Correlation matrix; NaN for numbers whose variance is 0 or infinite."""
     spread = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore", divide="ignore"):
-        found: np.ndarray = covariance / spread[:, None] / spread
+        matrix: np.ndarray = covariance / spread[:, None] / spread
     unknown = ~np.isfinite(spread) | (spread == 0.0)
-    found[unknown] = found[:, unknown] = np.nan
-    np.fill_diagonal(found, 1.0)
-    return found
+    matrix[unknown] = matrix[:, unknown] = np.nan
+    np.fill_diagonal(matrix, 1.0)
+    return matrix

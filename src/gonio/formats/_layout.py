@@ -22,7 +22,7 @@ HALVED = ("phi", "azimuth", "phi_d")
 """Azimuths that may cover half of a circle, of which the other half is the mirror image."""
 
 
-class Axis(NamedTuple):
+class FileAxis(NamedTuple):
     """An angle of a file, of which gonio's is sign * angle + shift [degrees].
 
     name    of gonio's axis, or "channel"
@@ -71,7 +71,7 @@ class Axis(NamedTuple):
         return np.round(nodes, decimals) if self.shift else nodes, order
 
 
-CHANNEL = Axis("channel")
+CHANNEL = FileAxis("channel")
 
 
 class Layout(NamedTuple):
@@ -85,23 +85,24 @@ class Layout(NamedTuple):
     """
 
     system: str
-    axes: Mapping[str, Axis]
-    turned: Mapping[str, Axis] = MappingProxyType({})
+    axes: Mapping[str, FileAxis]
+    turned: Mapping[str, FileAxis] = MappingProxyType({})
     decimals: int = 9
     unit: str = "deg"
 
-    def of(self, oriented: bool) -> dict[str, Axis]:
+    def of(self, oriented: bool) -> dict[str, FileAxis]:
         """The file's axes of isotropic or of other materials, outermost first."""
         return {**self.axes, **self.turned} if oriented else dict(self.axes)
 
-    def grid(self, oriented: bool) -> dict[str, Axis]:
+    def grid(self, oriented: bool) -> dict[str, FileAxis]:
         """Those that tables have, in their order."""
         by_name = {axis.name: (word, axis) for word, axis in self.of(oriented).items()}
         names = angle_system(self.system).axes(oriented)
         if not {*names} <= {*by_name}:
-            kind, own = "anisotropic" if oriented else "isotropic", [name for name in by_name if name != CHANNEL.name]
+            symmetry = "anisotropic" if oriented else "isotropic"
+            file_words = ", ".join(name for name in by_name if name != CHANNEL.name)
             raise ParameterError(
-                f"{kind} tables have the angles {', '.join(names)}, and files of this format {', '.join(own)}; write "
+                f"{symmetry} tables have the angles {', '.join(names)}, and files of this format {file_words}; write "
                 f"another material, or another format"
             )
         return dict(by_name[name] for name in names)
@@ -185,7 +186,7 @@ class Layout(NamedTuple):
 
 def columns(*words: str, unit: str = "deg") -> Layout:
     """Rows whose columns are theta_i, phi_i, theta_o, phi_o, by the file's words."""
-    return Layout("angles", dict(zip(words, map(Axis, ROW_ANGLES), strict=True)), unit=unit)
+    return Layout("angles", dict(zip(words, map(FileAxis, ROW_ANGLES), strict=True)), unit=unit)
 
 
 def whole(nodes: np.ndarray, values: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,7 @@ from inspect import Parameter, signature
 from types import ModuleType
 from typing import Any
 
-from ..declared.arguments import Argument, arguments
+from ..declared.arguments import FunctionArgument, arguments
 from ..errors import ParameterError, shown, suggestion
 from ..tables.axes import fits
 
@@ -25,7 +25,7 @@ EXAMPLES = {"-O": "skip=12", "--option": "resolution=18,18,72"}
 
 
 @cache
-def options(function: Callable) -> dict[str, Argument]:
+def options(function: Callable) -> dict[str, FunctionArgument]:
     """The options of a module's `read` or `write`, by name. Raises ParameterError for one without a declaration."""
     declared = arguments(function)
     first = {"read": 1, "write": 2}[function.__name__]
@@ -43,12 +43,12 @@ def checked(module: ModuleType, verb: str, values: Mapping[str, Any]) -> dict[st
 
     Raises ParameterError for an option that the format has not, or a value that is not allowed.
     """
-    found = {}
+    converted = {}
     for name, value in values.items():
-        given = f"{name}={shown(value)}"
-        option = _option(module, verb, name, given)
-        found[name] = _that_fits(option.checked(value, given, _advice(module)), option, given)
-    return found
+        argument = f"{name}={shown(value)}"
+        option = _option(module, verb, name, argument)
+        converted[name] = _that_fits(option.checked(value, argument, _advice(module)), option, argument)
+    return converted
 
 
 def of_texts(module: ModuleType, verb: str, texts: Iterable[str]) -> dict[str, Any]:
@@ -56,32 +56,32 @@ def of_texts(module: ModuleType, verb: str, texts: Iterable[str]) -> dict[str, A
 
     An entry that is given again becomes a list.
     """
-    found: dict[str, Any] = {}
+    converted: dict[str, Any] = {}
     entries: dict[str, dict[str, Any]] = {}
     for text in texts:
         name, key, value = _parts(text, FLAGS[verb])
-        given = f"{FLAGS[verb]} {text!r:.60}"
-        option = _option(module, verb, name, given)
-        if name in found or (name in entries and not key):
-            raise ParameterError(f"{given}: {name} is given twice, expected once")
+        argument = f"{FLAGS[verb]} {text!r:.60}"
+        option = _option(module, verb, name, argument)
+        if name in converted or (name in entries and not key):
+            raise ParameterError(f"{argument}: {name} is given twice, expected once")
         if key:
             of = entries.setdefault(name, {})
             of[key] = [*_several(of[key]), value] if key in of else value
         else:
-            found[name] = _that_fits(option.checked_text(value, given, _advice(module)), option, given)
+            converted[name] = _that_fits(option.checked_text(value, argument, _advice(module)), option, argument)
     for name, of in entries.items():
-        given = f"{FLAGS[verb]} {name}.{next(iter(of))}"
-        found[name] = _option(module, verb, name, given).checked(of, given, _advice(module))
-    return found
+        argument = f"{FLAGS[verb]} {name}.{next(iter(of))}"
+        converted[name] = _option(module, verb, name, argument).checked(of, argument, _advice(module))
+    return converted
 
 
-def _option(module: ModuleType, verb: str, name: str, given: str) -> Argument:
+def _option(module: ModuleType, verb: str, name: str, argument: str) -> FunctionArgument:
     """What a format declares of an option. Raises ParameterError for one that it has not."""
     declared = options(getattr(module, verb))
     if name not in declared:
-        close, known = suggestion(name, declared), ", ".join(declared)
-        expected = f"expected one of {known}{_advice(module)}" if declared else "expected none"
-        raise ParameterError(f"{given}: no option to {verb} {module.NAME} files{close}; {expected}")
+        close, listed = suggestion(name, declared), ", ".join(declared)
+        expected = f"expected one of {listed}{_advice(module)}" if declared else "expected none"
+        raise ParameterError(f"{argument}: no option to {verb} {module.NAME} files{close}; {expected}")
     return declared[name]
 
 
@@ -89,10 +89,10 @@ def _advice(module: ModuleType) -> str:
     return f"; `gonio formats {shlex.quote(module.NAME)}` lists the options"
 
 
-def _that_fits(value: Any, option: Argument, given: str) -> Any:
+def _that_fits(value: Any, option: FunctionArgument, argument: str) -> Any:
     """The value; counts of nodes whose table fits into memory. Raises TooLargeError."""
     if option.declared.lengths and value is not None:
-        fits(math.prod(value), given)
+        fits(math.prod(value), argument)
     return value
 
 

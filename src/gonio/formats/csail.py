@@ -25,7 +25,7 @@ from ..errors import FormatError, ParameterError
 from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..tables.angle_systems import SYSTEMS
-from ._layout import CHANNEL, Axis, Layout
+from ._layout import CHANNEL, FileAxis, Layout
 from ._reading import large_tables
 from ._reading.large_tables import Unscanned, expect_channels, numbers
 
@@ -38,7 +38,7 @@ ORACLE = "own generator only"
 COUNT = 16
 HEADER = 4 * COUNT
 RESOLUTION = (45, 45, 90, 36)
-LAYOUT = Layout("relative", {"plane": CHANNEL, **{name: Axis(name) for name in SYSTEMS["relative"].oriented}})
+LAYOUT = Layout("relative", {"plane": CHANNEL, **{name: FileAxis(name) for name in SYSTEMS["relative"].oriented}})
 
 
 class CSAIL(Unscanned):

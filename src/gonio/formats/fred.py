@@ -29,12 +29,12 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..formula import tree
 from ..tables.gridded import Gridded
-from ._layout import Axis, Layout
+from ._layout import FileAxis, Layout
 from ._optical.angle_tables import (
     AngleList,
-    Asked,
     Channel,
     Filing,
+    GridRequest,
     IncidentAngles,
     OutgoingAngles,
     Step,
@@ -61,10 +61,10 @@ WORDS = {"angles": "deg", "bsdf": "value", "scale": "1"}
 LAYOUT = Layout(
     "angles",
     {
-        "theta_i": Axis("theta_i", usual=lambda usual: usual.theta_i),
-        "phi_i": Axis("phi_i", 180.0, usual=lambda usual: usual.turns),
-        "theta_s": Axis("theta_o", usual=lambda usual: usual.theta_o),
-        "phi_s": Axis("phi_o", usual=lambda usual: usual.side),  # of models phi_s - phi_i
+        "theta_i": FileAxis("theta_i", usual=lambda usual: usual.theta_i),
+        "phi_i": FileAxis("phi_i", 180.0, usual=lambda usual: usual.turns),
+        "theta_s": FileAxis("theta_o", usual=lambda usual: usual.theta_o),
+        "phi_s": FileAxis("phi_o", usual=lambda usual: usual.side),  # of models phi_s - phi_i
     },
 )
 TRAVELS = LAYOUT.axes["phi_i"].shift
@@ -149,7 +149,7 @@ def write(
     >>> print(gn.load("white.fred").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
-    asked = Asked({"theta_i": theta_i, "phi_i": phi_i, "theta_s": theta_o, "phi_s": phi}, step, channel)
+    asked = GridRequest({"theta_i": theta_i, "phi_i": phi_i, "theta_s": theta_o, "phi_s": phi}, step, channel)
     plain_text.write(path, _lines(as_filed(m, FredFile, asked) or FredFile(WORDS, _tabulated(m, asked))))
 
 
@@ -159,7 +159,7 @@ def _lines(sheet: FredFile) -> Iterator[str]:
         yield from plain_text.join([incidence, *(row[2:] for row in rows)], "\t")
 
 
-def _tabulated(m: Reflectance, asked: Asked) -> np.ndarray:
+def _tabulated(m: Reflectance, asked: GridRequest) -> np.ndarray:
     """Rows of a file."""
     if measured := own_table(m, "angles", asked):
         table, f = measured

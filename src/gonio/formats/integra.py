@@ -33,7 +33,7 @@ from ..tables.angle_systems import SYSTEMS
 from ..tables.axes import fits
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named, own_nodes
-from ._layout import CHANNEL, Axis, Layout
+from ._layout import CHANNEL, FileAxis, Layout
 from ._optical.angle_tables import as_lit
 from ._reading import plain_text
 from ._rows import libbsdf_grids
@@ -51,10 +51,10 @@ CHANNELS = {"bw": "BW", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue"
 LAYOUT = Layout(
     "specular",
     {
-        "psi": Axis("phi_i"),
-        "sigma": Axis("theta_i"),
-        "phi": Axis("azimuth", 180.0, around=True),
-        "theta": Axis("radial"),
+        "psi": FileAxis("phi_i"),
+        "sigma": FileAxis("theta_i"),
+        "phi": FileAxis("azimuth", 180.0, around=True),
+        "theta": FileAxis("radial"),
         "channel": CHANNEL,
     },
     decimals=10,
@@ -71,7 +71,7 @@ _TYPE = re.compile(r"\bType(Sym|Data|ColorModel)[ \t]+\w+", re.IGNORECASE)
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: lines TypeSym, TypeData or TypeColorModel, two of them."""
-    return len({kind.lower() for kind in _TYPE.findall(plain_text.start(head))}) >= 2
+    return len({word.lower() for word in _TYPE.findall(plain_text.start(head))}) >= 2
 
 
 class _Words:
@@ -165,10 +165,10 @@ def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[
     return header, lists, about
 
 
-def _channel(words: _Words, kind: str, shape: tuple[int, ...]) -> tuple[str | float, np.ndarray, np.ndarray]:
+def _channel(words: _Words, channel_type: str, shape: tuple[int, ...]) -> tuple[str | float, np.ndarray, np.ndarray]:
     """Name, values (psi, sigma, phi, theta) and kbdf (psi, sigma) of a channel."""
-    name: str | float = CHANNELS[kind]
-    if kind == "wl":
+    name: str | float = CHANNELS[channel_type]
+    if channel_type == "wl":
         name = words.lines.float(words.take("a wavelength"), "a wavelength [nm]")
     scale = np.ones(shape[:2])
     if words.one_of("kbdf", "def") == "kbdf":

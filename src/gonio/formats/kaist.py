@@ -24,10 +24,10 @@ from ..formula.state import Held, note
 from ..polarization import to_frames
 from ..tables.nodes import above, f_at
 from ..tables.polarimetric import KEPT, Polarimetric
-from ._layout import CHANNEL, Axis, Layout
+from ._layout import CHANNEL, FileAxis, Layout
 from ._reading import tensor_file
 from ._reading.large_tables import Unscanned
-from ._reading.tensor_file import Kept, expect
+from ._reading.tensor_file import FieldInFile, expect
 
 if TYPE_CHECKING:
     import xarray
@@ -39,7 +39,7 @@ ORACLE = "Mitsuba `measured_polarized`, on own files"
 
 ENDS = {"theta_h": (0.0, 0.5), "theta_d": (0.0, 0.5), "phi_d": (-1.0, 1.0)}
 """First and last node of each axis [pi rad]."""
-LAYOUT = Layout("half_difference", {**{name: Axis(name) for name in reversed(ENDS)}, "wvls": CHANNEL})
+LAYOUT = Layout("half_difference", {**{name: FileAxis(name) for name in reversed(ENDS)}, "wvls": CHANNEL})
 AXES = tuple(ENDS)
 WAVELENGTHS = (450, 500, 550, 600, 650)
 RESOLUTION = (91, 46, 73)
@@ -69,13 +69,13 @@ class KAIST(Polarimetric, Unscanned):
 
     format = NAME
     breaks: ClassVar[dict[str, str]] = Unscanned.breaks | {"realizability": KEPT}
-    fields_stored: dict[str, np.ndarray | Kept] = note()
+    fields_stored: dict[str, np.ndarray | FieldInFile] = note()
     """The fields of the file, in their order."""
 
     def __init__(self, fields: Mapping[str, Any], path: str = ""):
         """From the fields of a tensor file. Raises FormatError where they do not fit each other."""
         where = path or "KAIST fields"
-        stored = Held({name: a if isinstance(a, Kept) else kept(a) for name, a in fields.items()})
+        stored = Held({name: a if isinstance(a, FieldInFile) else kept(a) for name, a in fields.items()})
         wavelengths = tensor_file.as_array(expect(stored, where, "wvls", (None,), "uint16")).astype(float)
         if (np.diff(wavelengths) <= 0.0).any():
             raise FormatError(f"{where}: wvls is {wavelengths[:8]}, expected increasing wavelengths [nm]")
@@ -112,9 +112,9 @@ class KAIST(Polarimetric, Unscanned):
         return super().data.assign(mueller=(dims, self.matrices, long_name))
 
 
-def _first_elements(M: np.ndarray | Kept) -> np.ndarray:
+def _first_elements(M: np.ndarray | FieldInFile) -> np.ndarray:
     """M00 of all matrices."""
-    if not isinstance(M, Kept):
+    if not isinstance(M, FieldInFile):
         return M[..., 0, 0]
     first = np.empty(M.shape[:-2], M.dtype)
     for k, row in enumerate(M.rows()):
@@ -139,7 +139,9 @@ def read(path: Path) -> KAIST:
     """The measurement in a file: M00 of all matrices, which is f; the other elements stay in the file."""
     with tensor_file.opened(path) as file:
         stamp = tensor_file.stamp(file)
-        fields = {n: Kept(str(path), stamp, e) for n, e in tensor_file.entries(file, stamp[0], str(path)).items()}
+        fields = {
+            n: FieldInFile(str(path), stamp, e) for n, e in tensor_file.entries(file, stamp[0], str(path)).items()
+        }
     return KAIST(fields, str(path))
 
 

@@ -34,14 +34,14 @@ from ..errors import FormatError, ParameterError
 from ..formula.text import shown
 from ..models._quarters import quarters
 from ..models.sheet import Sheet
-from ._layout import CHANNEL, Axis, Layout
+from ._layout import CHANNEL, FileAxis, Layout
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
     AngleList,
-    Asked,
     Channel,
     Filed,
     Filing,
+    GridRequest,
     IncidentAngles,
     OutgoingAngles,
     Step,
@@ -73,13 +73,13 @@ LIGHT = 90.0
 LAYOUT = Layout(
     "angles",
     {
-        "AOI": Axis("theta_i", usual=lambda usual: usual.theta_i),
-        "POI": Axis("phi_i", alone=LIGHT, usual=lambda usual: usual.turns),
+        "AOI": FileAxis("theta_i", usual=lambda usual: usual.theta_i),
+        "POI": FileAxis("phi_i", alone=LIGHT, usual=lambda usual: usual.turns),
         "channel": CHANNEL,
-        "ScatterAzimuth": Axis("phi", -LIGHT, bounds=(-360.0, 720.0), usual=lambda usual: usual.side),
-        "ScatterRadial": Axis("theta_o", bounds=(0.0, 90.0), usual=lambda usual: usual.to_grazing()),
+        "ScatterAzimuth": FileAxis("phi", -LIGHT, bounds=(-360.0, 720.0), usual=lambda usual: usual.side),
+        "ScatterRadial": FileAxis("theta_o", bounds=(0.0, 90.0), usual=lambda usual: usual.to_grazing()),
     },
-    turned={"ScatterAzimuth": Axis("phi_o", usual=lambda usual: usual.side)},
+    turned={"ScatterAzimuth": FileAxis("phi_o", usual=lambda usual: usual.side)},
 )
 LISTS = {word: axis.bounds for word, axis in LAYOUT.axes.items() if word.startswith("Scatter")}
 """Those that all tables share."""
@@ -89,7 +89,7 @@ AS_SEEN = ("front", "backward")
 """The quarters of a `Sheet` whose azimuths are those of the file: wo is seen from the front."""
 
 
-class Block(NamedTuple):
+class _IncidenceTable(NamedTuple):
     """A table (azimuth, radial) and its keys as written."""
 
     aoi: float
@@ -108,7 +108,7 @@ class LightToolsFile(NamedTuple):
     symmetry: str
     content: str
     angles: dict[str, list[float]]
-    blocks: tuple[Block, ...]
+    blocks: tuple[_IncidenceTable, ...]
     comments: tuple[str, ...] = ()
 
 
@@ -128,14 +128,16 @@ def read(path: str | os.PathLike, side: Side = None) -> Filed | Sheet:
     """
     path = Path(path)
     sheet = _sheet(path)
-    blocks: dict[str, list[Block]] = {}
+    blocks: dict[str, list[_IncidenceTable]] = {}
     for b in sheet.blocks:
         blocks.setdefault(_quarter(b), []).append(b)
     names = wanted(blocks, side, path)
     return joined({name: _material(path, sheet, name, blocks[name], names) for name in names}, side)
 
 
-def _material(path: Path, sheet: LightToolsFile, quarter: str, blocks: list[Block], read: tuple[str, ...]) -> Filed:
+def _material(
+    path: Path, sheet: LightToolsFile, quarter: str, blocks: list[_IncidenceTable], read: tuple[str, ...]
+) -> Filed:
     """The table of a quarter of a `Sheet`, as seen from its own side."""
     theta_i, phi_i, channels = (sorted(set(x)) for x in zip(*(_place(b, sheet) for b in blocks), strict=True))
     grid = np.full((len(theta_i), len(phi_i), len(channels), *map(len, sheet.angles.values())), np.nan)
@@ -172,13 +174,13 @@ def _turned(
     return (axes, values) if quarter in AS_SEEN else mirrored_x(axes, values, half)
 
 
-def _quarter(block: Block) -> str:
+def _quarter(block: _IncidenceTable) -> str:
     """The part of a `Sheet` that a block belongs to."""
     reflected, back = block.kind.lower() == "brdf", block.side.lower() == "back" or block.aoi > 90.0
     return ("back" if back else "front") if reflected else ("backward" if back else "forward")
 
 
-def _place(block: Block, sheet: LightToolsFile) -> tuple[float, float, float]:
+def _place(block: _IncidenceTable, sheet: LightToolsFile) -> tuple[float, float, float]:
     """theta_i and phi_i [degrees] and the channel of a block."""
     theta_i = 180.0 - block.aoi if block.aoi > 90.0 else block.aoi
     colour = sheet.content == "XYZ"
@@ -207,7 +209,7 @@ def _sheet(path: Path) -> LightToolsFile:
     return LightToolsFile(words["symmetry"], content, angles, blocks, comments)
 
 
-def _blocks(lines: plain_text.Lines, content: str, shape: tuple[int, ...]) -> Iterator[Block]:
+def _blocks(lines: plain_text.Lines, content: str, shape: tuple[int, ...]) -> Iterator[_IncidenceTable]:
     words: dict[str, str] = {}
     for line in lines:
         key, rest = bsdf_text.key_and_words(line)
@@ -225,11 +227,11 @@ def _blocks(lines: plain_text.Lines, content: str, shape: tuple[int, ...]) -> It
         raise lines.cut_short("TIS and a table")
 
 
-def _block(lines: plain_text.Lines, words: dict[str, str], content: str, shape: tuple[int, ...]) -> Block:
-    side, kind = words.get("side", "Front"), words.get("scattertype", "")
+def _block(lines: plain_text.Lines, words: dict[str, str], content: str, shape: tuple[int, ...]) -> _IncidenceTable:
+    side, scatter_type = words.get("side", "Front"), words.get("scattertype", "")
     tristimulus = words.get("tristimulusvalue", "")
-    if kind.lower() not in ("brdf", "btdf"):
-        raise lines.fault(kind, "ScatterType BRDF or BTDF before TIS")
+    if scatter_type.lower() not in ("brdf", "btdf"):
+        raise lines.fault(scatter_type, "ScatterType BRDF or BTDF before TIS")
     if side.lower() not in ("front", "back"):
         raise lines.fault(side, "Side Front or Back")
     if content == "XYZ" and tristimulus.lower() not in TRISTIMULUS:
@@ -238,7 +240,7 @@ def _block(lines: plain_text.Lines, words: dict[str, str], content: str, shape: 
     if not 0.0 <= aoi <= 180.0:
         raise lines.fault(words["aoi"], "AOI from 0 to 180 degrees")
     poi, wavelength, tis = (lines.float(words.get(key, "0")) for key in ("poi", "wavelength", "tis"))
-    return Block(aoi, poi, side, wavelength, kind, tristimulus, tis, bsdf_text.table(lines, *shape))
+    return _IncidenceTable(aoi, poi, side, wavelength, scatter_type, tristimulus, tis, bsdf_text.table(lines, *shape))
 
 
 def write(
@@ -271,18 +273,18 @@ def write(
     [0.1592]
     """
     angles = {"AOI": theta_i, "POI": phi_i, "ScatterAzimuth": phi, "ScatterRadial": theta_o}
-    asked = Asked(angles, step, channel)
+    asked = GridRequest(angles, step, channel)
     plain_text.write(path, _lines(as_filed(m, LightToolsFile, asked) or _tabulated(m, asked, wavelength)))
 
 
-def _tabulated(m: Reflectance, asked: Asked, wavelength: float) -> LightToolsFile:
+def _tabulated(m: Reflectance, asked: GridRequest, wavelength: float) -> LightToolsFile:
     parts = quarters(m)
     one = next(iter(parts.values()))
     axes, half, tables = _own_tables(parts, asked) or _sampled(parts, asked)
     names = one.channel_names or ()
     own_names = asked.channel is None and bool(names) and all(isinstance(n, (int, float)) for n in names)
     labels = names if own_names else spectral(one, tables[next(iter(parts))], asked.channel)[0]
-    blocks: list[Block] = []
+    blocks: list[_IncidenceTable] = []
     for quarter, part in parts.items():
         if (part.channel_names or ()) != names:
             raise ParameterError(f"{m!r:.80}: its parts have different channels; expected the same")
@@ -291,11 +293,14 @@ def _tabulated(m: Reflectance, asked: Asked, wavelength: float) -> LightToolsFil
         lit = [180.0 - x if quarter in ("back", "forward") else x for x in angles["POI"]] if "phi_i" in axes else [0.0]
         tis = totals(part, angles["AOI"], lit)
         tis = tis if labels == names else spectral(part, tis, asked.channel)[1]
-        side, kind = "Back" if quarter.startswith("back") else "Front", "BTDF" if quarter.endswith("ward") else "BRDF"
+        side = "Back" if quarter.startswith("back") else "Front"
+        scatter_type = "BTDF" if quarter.endswith("ward") else "BRDF"
         for (a, theta), (b, turn), (c, label) in product(*map(enumerate, (angles["AOI"], angles["POI"], labels))):
             nm = wavelength if _in_colour(labels) or label is None else float(label)
             tristimulus = f"Tris{label}" if _in_colour(labels) else ""
-            blocks.append(Block(theta, turn, side, nm, kind, tristimulus, tis[b, a, c], values[a, b, c]))
+            blocks.append(
+                _IncidenceTable(theta, turn, side, nm, scatter_type, tristimulus, tis[b, a, c], values[a, b, c])
+            )
     symmetry, content = "PlaneSymmetrical" if half else "Asymmetric", "XYZ" if _in_colour(labels) else "Monochrome"
     return LightToolsFile(symmetry, content, {name: angles[name] for name in LISTS}, tuple(blocks))
 
@@ -305,17 +310,17 @@ def _in_colour(labels: tuple) -> bool:
 
 
 def _own_tables(
-    parts: Mapping[str, Reflectance], asked: Asked
+    parts: Mapping[str, Reflectance], asked: GridRequest
 ) -> tuple[dict[str, np.ndarray], bool, dict[str, np.ndarray]] | None:
     """The grid and the tables of measurements as they are, where they share one, with the azimuths of the front."""
-    own = {quarter: own_table(part, "angles", asked) for quarter, part in parts.items()}
+    by_quarter = {quarter: own_table(part, "angles", asked) for quarter, part in parts.items()}
     grids = []
     tables = {}
-    for quarter, found in own.items():
-        if found is None:
+    for quarter, table in by_quarter.items():
+        if table is None:
             return None
-        half = found[0].is_mirrored
-        axes, tables[quarter] = _turned(quarter, found[0].axes, found[1], half)
+        half = table[0].is_mirrored
+        axes, tables[quarter] = _turned(quarter, table[0].axes, table[1], half)
         grids.append((axes, half))
     axes, half = grids[0]
     same = all(h == half and list(a) == list(axes) and all(_same(a[n], axes[n]) for n in a) for a, h in grids)
@@ -327,14 +332,14 @@ def _same(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 def _sampled(
-    parts: Mapping[str, Reflectance], asked: Asked
+    parts: Mapping[str, Reflectance], asked: GridRequest
 ) -> tuple[dict[str, np.ndarray], bool, dict[str, np.ndarray]]:
     """Nodes [rad], whether they are on one side of the plane of incidence, and f there."""
     angles, oriented = asked_or_usual(LAYOUT, [*parts.values()], asked)
     phi = angles["ScatterAzimuth"]  # gonio's, as callers give it
     if not oriented and phi[0] < 0.0:
-        given = shown(asked.angles["ScatterAzimuth"])
-        raise ParameterError(f"phi={given}: expected angles from 0 to 360 degrees, for an isotropic material")
+        azimuths = shown(asked.angles["ScatterAzimuth"])
+        raise ParameterError(f"phi={azimuths}: expected angles from 0 to 360 degrees, for an isotropic material")
     axes = {axis.name: np.radians(angles[word]) for word, axis in LAYOUT.grid(oriented).items()}
     half = not oriented and phi[-1] <= 180.0
     tables = {}

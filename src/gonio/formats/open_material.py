@@ -21,7 +21,7 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
-from ._layout import Axis, Layout
+from ._layout import FileAxis, Layout
 from ._reading import channel_words, json_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
 from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of
@@ -31,7 +31,7 @@ SUFFIXES = (".xompt",)
 DESCRIPTION = "ASAM OpenMATERIAL 3D look-up table of an isotropic BRDF, JSON"
 ORACLE = "published schema; own generator"
 
-LAYOUT = Layout("angles", {name: Axis(name) for name in ("theta_i", "theta_o", "phi_o")}, unit="rad")
+LAYOUT = Layout("angles", {name: FileAxis(name) for name in ("theta_i", "theta_o", "phi_o")}, unit="rad")
 COLUMNS = 5
 NM = 1e9
 

@@ -34,7 +34,7 @@ from ..tables.gridded import Gridded
 from ..tables.nodes import f_at
 from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
-from ._layout import CHANNEL, Axis, Layout
+from ._layout import CHANNEL, FileAxis, Layout
 from ._optical.angle_tables import as_lit
 from ._reading import plain_text
 from ._rows import libbsdf_grids
@@ -51,24 +51,29 @@ DATA_TYPES = ("brdf", "btdf", "specular_reflectance", "specular_transmittance")
 COLOURS: dict[str, tuple[str, ...] | None] = {"monochrome": None, "rgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z")}
 
 
-def _layout(system: str, *axes: Axis, **turned: Axis) -> Layout:
+def _layout(system: str, *axes: FileAxis, **turned: FileAxis) -> Layout:
     """Of tables by PARAM3, 2, 1, 0; azimuths are written within a turn."""
     words = [f"PARAM{k}_LIST" for k in (3, 2, 1, 0)]
     return Layout(system, {**dict(zip(words, axes, strict=True)), "colour": CHANNEL}, turned, decimals=10)
 
 
-_PHI_I, _THETA_I = Axis("phi_i", around=True), Axis("theta_i")
-_PHI_H, _THETA_H = Axis("phi_h", around=True), Axis("theta_h")
+_PHI_I, _THETA_I = FileAxis("phi_i", around=True), FileAxis("theta_i")
+_PHI_H, _THETA_H = FileAxis("phi_h", around=True), FileAxis("theta_h")
 LAYOUT = {
     "spherical_coordinate_system": _layout(
-        "angles", Axis("phi", around=True), Axis("theta_o"), _PHI_I, _THETA_I, PARAM3_LIST=Axis("phi_o", around=True)
+        "angles",
+        FileAxis("phi", around=True),
+        FileAxis("theta_o"),
+        _PHI_I,
+        _THETA_I,
+        PARAM3_LIST=FileAxis("phi_o", around=True),
     ),
     # The azimuth about the mirror direction counts from the side of the normal, gonio's from the opposite side.
     "specular_coordinate_system": _layout(
-        "specular", Axis("azimuth", 180.0, around=True), Axis("radial"), _PHI_I, _THETA_I
+        "specular", FileAxis("azimuth", 180.0, around=True), FileAxis("radial"), _PHI_I, _THETA_I
     ),
     "half_difference_coordinate_system": _layout(
-        "half_difference", Axis("phi_d", around=True), Axis("theta_d"), _PHI_H, _THETA_H
+        "half_difference", FileAxis("phi_d", around=True), FileAxis("theta_d"), _PHI_H, _THETA_H
     ),
 }
 OF_FILE = ("SOFTWARE", "API", "DATE")
@@ -81,7 +86,7 @@ _TYPE = re.compile(r"^[ \t]*DATA_TYPE[ \t]+\w+", re.MULTILINE)
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class _DataBlock:
     """A block of the file: its entries as written, its lists as numbers, and its table (PARAM3, 2, 1, 0, colour)."""
 
     entries: dict[str, str]
@@ -104,7 +109,7 @@ def read(path: Path, side: SideOfReflection = None) -> Gridded | Sheet:
     """
     lines = plain_text.read(path, comment="#", mixed=_BINARY)
     about: dict[str, Any] = {}
-    blocks: dict[str, Block] = {}
+    blocks: dict[str, _DataBlock] = {}
     types: list[str] = []
     while (line := lines.peek()) is not None and not line.upper().startswith("DATA_TYPE"):
         lines.next()
@@ -113,14 +118,14 @@ def read(path: Path, side: SideOfReflection = None) -> Gridded | Sheet:
         block = _block(lines)
         types.append(block.entries["DATA_TYPE"])
         blocks[types[-1]] = block
-    held = {quarter: blocks[kind] for kind, quarter in HELD.items() if kind in blocks}
+    held = {quarter: blocks[data_type] for data_type, quarter in HELD.items() if data_type in blocks}
     if not held or len(blocks) < len(types):
         got = f"has blocks {types or 'none'}"
         raise FormatError(f"{path}: {got}, expected a brdf or a btdf, and at most one of each other type")
     names = wanted(held, side, path)
     about.pop("VERSION", None)
     parts: dict[str, Reflectance] = {}
-    others = [vars(block) for kind, block in blocks.items() if HELD.get(kind) not in names]
+    others = [vars(block) for data_type, block in blocks.items() if HELD.get(data_type) not in names]
     for name in names:
         entries = {k: v for k, v in held[name].entries.items() if k not in (*LISTS, *REQUIRED)}
         more = {"other_blocks": others} if others else {}
@@ -142,7 +147,7 @@ def _entry(line: str, mixed: bool) -> tuple[str, str]:
     return name.upper(), value.encode("latin-1").decode("utf-8", "replace") if mixed else value
 
 
-def _block(lines: plain_text.Lines) -> Block:
+def _block(lines: plain_text.Lines) -> _DataBlock:
     entries: dict[str, str] = {}
     lists: dict[str, np.ndarray] = {}
     while "DATA" not in entries:
@@ -157,18 +162,18 @@ def _block(lines: plain_text.Lines) -> Block:
             if not len(numbers) or not np.isfinite(numbers).all() or not rising:
                 raise lines.fault(value, f"{name} with rising numbers")
         entries[name] = value if name in (*OF_BLOCK, *LISTS) else value.strip().lower()
-    return Block(entries, lists, _table(lines, entries, lists))
+    return _DataBlock(entries, lists, _table(lines, entries, lists))
 
 
 def _table(lines: plain_text.Lines, entries: Mapping[str, str], lists: Mapping[str, np.ndarray]) -> np.ndarray:
-    colour, kind = entries.get("COLOR_MODEL", ""), entries.get("DATA_TYPE", "")
-    if kind not in DATA_TYPES or colour not in (*COLOURS, "spectrum"):
-        got = f"DATA_TYPE {kind:.40}, COLOR_MODEL {colour:.40}"
+    colour, data_type = entries.get("COLOR_MODEL", ""), entries.get("DATA_TYPE", "")
+    if data_type not in DATA_TYPES or colour not in (*COLOURS, "spectrum"):
+        got = f"DATA_TYPE {data_type:.40}, COLOR_MODEL {colour:.40}"
         raise lines.fault(got, f"one of {DATA_TYPES} and {(*COLOURS, 'spectrum')}")
-    needed = ["PARAM0_LIST", *(["PARAM2_LIST", "PARAM3_LIST"] if kind in ("brdf", "btdf") else [])]
+    needed = ["PARAM0_LIST", *(["PARAM2_LIST", "PARAM3_LIST"] if data_type in ("brdf", "btdf") else [])]
     needed += ["WAVELENGTH_LIST"] if colour == "spectrum" else []
     if missing := [name for name in needed if name not in lists]:
-        raise lines.fault(f"a {kind} of {colour} without {', '.join(missing)}", "these lists before DATA")
+        raise lines.fault(f"a {data_type} of {colour} without {', '.join(missing)}", "these lists before DATA")
     width = len(lists["WAVELENGTH_LIST"]) if colour == "spectrum" else len(COLOURS[colour] or "Y")
     shape = tuple(len(lists.get(f"PARAM{k}_LIST", (0,))) for k in (3, 2, 1, 0))
     count = math.prod(shape)
@@ -181,7 +186,7 @@ def _table(lines: plain_text.Lines, entries: Mapping[str, str], lists: Mapping[s
     return table.reshape(*shape, width)
 
 
-def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
+def _material(block: _DataBlock, path: str, about: Mapping[str, Any]) -> Gridded:
     system = block.entries.get("PARAM_TYPE", "")
     if system not in LAYOUT:
         raise FormatError(f"{path}: PARAM_TYPE {system!r:.60}: expected one of {', '.join(LAYOUT)}")
@@ -232,9 +237,9 @@ def write(
     parts = same_from_both(m, NAME)
     tables = {q: table_of(as_lit(part) if q == "forward" else part, resolution) for q, part in parts.items()}
     table = next(iter(tables.values()))
-    blocks = [_block_of(part, kind) for kind, q in HELD.items() if (part := tables.get(q)) is not None]
+    blocks = [_block_of(part, data_type) for data_type, q in HELD.items() if (part := tables.get(q)) is not None]
     written = {block.entries["DATA_TYPE"] for block in blocks}
-    others = [Block(**block) for block in table.about.get("other_blocks", [])]
+    others = [_DataBlock(**block) for block in table.about.get("other_blocks", [])]
     blocks += [block for block in others if block.entries["DATA_TYPE"] not in written]
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(b"VERSION 0.2\n")
@@ -265,7 +270,7 @@ def _said(m: Gridded, names: Sequence[str]) -> list[tuple[str, str]]:
     return [(k, m.about[k]) for k in names if isinstance(m.about.get(k), str) and not re.search(r"[\r\n]", m.about[k])]
 
 
-def _block_of(m: Gridded, kind_of_data: str) -> Block:
+def _block_of(m: Gridded, kind_of_data: str) -> _DataBlock:
     oriented = tree.is_oriented(m)
     if m.parameterization == "relative" and oriented:
         m = _with_both_azimuths(m)
@@ -287,7 +292,7 @@ def _block_of(m: Gridded, kind_of_data: str) -> Block:
     for word in LISTS[1:5]:
         if word != "PARAM1_LIST" or oriented:
             entries[word] = " ".join(map(plain_text.number, angles[word]))
-    return Block(entries, {}, table)
+    return _DataBlock(entries, {}, table)
 
 
 def _colour(m: Gridded, names: tuple | None) -> dict[str, str]:

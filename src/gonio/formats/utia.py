@@ -30,7 +30,7 @@ from ..formula.state import note
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
 from ..pictures.image import Image, load_image
 from ..tables.rows import ROW_ANGLES
-from ._layout import CHANNEL, Axis, Layout
+from ._layout import CHANNEL, FileAxis, Layout
 from ._reading import large_tables
 from ._reading.large_tables import LARGE, Unscanned, expect_channels, numbers
 
@@ -45,7 +45,7 @@ GRIDS = {(6, 48): 15.0, (44, 180): 2.0}
 """(theta, phi) nodes of each direction, and the step of theta [degrees]."""
 
 
-LAYOUT = Layout("angles", {"plane": CHANNEL, **{name: Axis(name) for name in ROW_ANGLES}})
+LAYOUT = Layout("angles", {"plane": CHANNEL, **{name: FileAxis(name) for name in ROW_ANGLES}})
 
 DECODINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "linear": lambda v: v,

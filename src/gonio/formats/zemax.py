@@ -43,15 +43,15 @@ from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..models._quarters import sheet_of
 from ..models.sheet import Sheet
-from ._layout import CHANNEL, Axis, Layout
+from ._layout import CHANNEL, FileAxis, Layout
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
     AngleList,
     Angles,
-    Asked,
     Channel,
     Filed,
     Filing,
+    GridRequest,
     IncidentAngles,
     Step,
     as_filed,
@@ -91,12 +91,12 @@ LAYOUT = Layout(
     "specular",
     {
         "channel": CHANNEL,
-        "SampleRotation": Axis("phi_i", 90.0, -1.0, (-360.0, 360.0), usual=lambda usual: usual.turns),
-        "AngleOfIncidence": Axis("theta_i", bounds=(0.0, 90.0), usual=lambda usual: usual.theta_i),
-        "ScatterAzimuth": Axis(
+        "SampleRotation": FileAxis("phi_i", 90.0, -1.0, (-360.0, 360.0), usual=lambda usual: usual.turns),
+        "AngleOfIncidence": FileAxis("theta_i", bounds=(0.0, 90.0), usual=lambda usual: usual.theta_i),
+        "ScatterAzimuth": FileAxis(
             "azimuth", 180.0, bounds=(-360.0, 720.0), around=True, usual=lambda usual: [*usual.circle, 360.0]
         ),
-        "ScatterRadial": Axis("radial", bounds=(0.0, 180.0), usual=_about_mirror),
+        "ScatterRadial": FileAxis("radial", bounds=(0.0, 180.0), usual=_about_mirror),
     },
 )
 SEEN_FROM_BEHIND = {"SampleRotation": LAYOUT.axes["SampleRotation"]._replace(sign=1.0)}
@@ -141,8 +141,8 @@ def read(path: str | os.PathLike) -> Filed | Sheet:
     FormatError where the file is damaged or contradicts itself.
     """
     sheet = _sheet(Path(path))
-    turned = len(sheet.angles["SampleRotation"]) > 1
-    axes, values, mirrored = LAYOUTS[sheet.kind].read(sheet.angles, sheet.values, sheet.is_half, turned)
+    is_turned = len(sheet.angles["SampleRotation"]) > 1
+    axes, values, mirrored = LAYOUTS[sheet.kind].read(sheet.angles, sheet.values, sheet.is_half, is_turned)
     values = without_ground("specular", axes, values)
     about = {"Source": sheet.source, "Symmetry": sheet.symmetry, "comments": sheet.comments, "TIS": sheet.tis}
     f, names = (values, ("X", "Y", "Z")) if len(sheet.values) > 1 else (values[..., 0], None)
@@ -167,7 +167,7 @@ def _sheet(path: Path) -> ZemaxFile:
     words, angles = bsdf_text.header(lines, lists, ("databegin", "tis", *CHANNELS))
     symmetry = bsdf_text.one_of(lines, words, "symmetry", SYMMETRIES)
     colour = bsdf_text.one_of(lines, words, "spectralcontent", ("Monochrome", "XYZ")) == "XYZ"
-    kind = bsdf_text.one_of(lines, words, "scattertype", KINDS)
+    scatter_type = bsdf_text.one_of(lines, words, "scattertype", KINDS)
     for name, (low, high) in lists.items():
         if name not in angles:
             raise FormatError(f"{path}: no {name} before the data, expected it and its angles")
@@ -175,7 +175,7 @@ def _sheet(path: Path) -> ZemaxFile:
         increasing(path, name, angles[name], *((0.0, 180.0) if half else (low, high)))
     angles = {name: angles[name] for name in lists}
     values, tis = _blocks(lines, tuple(map(len, angles.values())), 3 if colour else 1)
-    return ZemaxFile(symmetry, angles, values, tis, comments, words.get("source", ""), kind)
+    return ZemaxFile(symmetry, angles, values, tis, comments, words.get("source", ""), scatter_type)
 
 
 def _blocks(lines: plain_text.Lines, shape: tuple[int, ...], channels: int) -> tuple[np.ndarray, np.ndarray]:
@@ -235,7 +235,7 @@ def write(
     if azimuth is not None and azimuth[-1] <= 180.0:
         azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
     angles = {"SampleRotation": rotation, "AngleOfIncidence": aoi, "ScatterAzimuth": azimuth, "ScatterRadial": radial}
-    asked = Asked(angles, step, channel)
+    asked = GridRequest(angles, step, channel)
     sheet = as_filed(m, ZemaxFile, asked)
     if sheet is None or kind not in (None, sheet.kind):
         sheet = _of_material(*_one_kind(m, kind), asked)
@@ -253,8 +253,8 @@ def _one_kind(m: Reflectance, kind: str | None) -> tuple[Reflectance, str]:
     return there[kind], kind
 
 
-def _of_material(m: Reflectance, kind: str, asked: Asked) -> ZemaxFile:
-    layout = LAYOUTS[kind]
+def _of_material(m: Reflectance, scatter_type: str, asked: GridRequest) -> ZemaxFile:
+    layout = LAYOUTS[scatter_type]
     axes, f, half = tabulated(layout, m, asked)
     _, f = spectral(m, f, asked.channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
@@ -264,7 +264,7 @@ def _of_material(m: Reflectance, kind: str, asked: Asked) -> ZemaxFile:
     if len(axes) == 3 and own_table(m, "specular", asked) is None:
         angles, values, half = _as_half(angles, values)
     symmetry = SYMMETRIES[2] if len(axes) == 4 else SYMMETRIES[0] if half else SYMMETRIES[1]
-    sheet = ZemaxFile(symmetry, angles, values, np.empty(0), kind=kind)
+    sheet = ZemaxFile(symmetry, angles, values, np.empty(0), kind=scatter_type)
     _, tis = spectral(m, totals(m, angles["AngleOfIncidence"], sheet.turns()), asked.channel)
     return sheet._replace(tis=tis.transpose(2, 0, 1))
 

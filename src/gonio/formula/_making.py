@@ -13,7 +13,7 @@ from ..arrays.labels import Labels
 from ..errors import NotFoundError, ParameterError, TooLargeError
 from . import tree
 from .bounds import EVALUATIONS, NESTED
-from .classes import Signature
+from .classes import ConstructorSignature
 from .fields import Field, Param, Part, Table, subclasses
 from .state import derived
 from .text import shown, unknown
@@ -29,26 +29,26 @@ class Made(Value):
     _costs: ClassVar[int] = 0
     """The cost of the formulas of this class beside their parts, in simple formulas."""
 
-    __signature__ = Signature()
+    __signature__ = ConstructorSignature()
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        kind, fields, settable = type(self).__name__, self.fields, self._settable()
+        class_name, fields, settable = type(self).__name__, self.fields, self._settable()
         if missing := self._unwritten():
             finished = subclasses(type(self))
             advice = f"use one of {finished}" if finished else "; ".join(to_write(type(self), x) for x in missing)
-            raise ParameterError(f"{kind}(): an abstract base, without {' and '.join(missing)}; {advice}")
+            raise ParameterError(f"{class_name}(): an abstract base, without {' and '.join(missing)}; {advice}")
         if len(args) > len(settable):
             names = ", ".join(settable)
-            raise ParameterError(f"{kind}: got {len(args)} values, expected at most {len(settable)}: {names}")
+            raise ParameterError(f"{class_name}: got {len(args)} values, expected at most {len(settable)}: {names}")
         declared = {n: kwargs.pop(n) for n in self._declares if n in kwargs and n not in fields}
         values, aliases = dict(zip(settable, args, strict=False)), self._aliases()
         for name, value in kwargs.items():
             target = aliases.get(name, name)
             if target not in fields:
-                known = [*settable, *aliases]
-                raise NotFoundError(unknown(kind, name, known) + self._of_a_part(name))
+                allowed = [*settable, *aliases]
+                raise NotFoundError(unknown(class_name, name, allowed) + self._of_a_part(name))
             if target in values:
-                raise ParameterError(f"{kind}: {target} is given twice")
+                raise ParameterError(f"{class_name}: {target} is given twice")
             values[target] = value
         self._set(values)
         self.validate()
@@ -56,13 +56,13 @@ class Made(Value):
 
     def _take(self, declared: dict[str, Any]) -> None:
         """Become what arguments that are no fields say, see `_declares`; for constructors alone."""
-        given = {name: value for name, value in declared.items() if value is not None}
-        if given:
-            attributes = dict(self._declared(**given).__dict__)
+        arguments = {name: value for name, value in declared.items() if value is not None}
+        if arguments:
+            attributes = dict(self._declared(**arguments).__dict__)
             self.__dict__.clear()
             self.__dict__.update(attributes)
 
-    def _declared(self, **given: Any) -> Self:
+    def _declared(self, **arguments: Any) -> Self:
         """A copy that arguments which are no fields have changed."""
         return self
 
@@ -70,7 +70,7 @@ class Made(Value):
     @cache
     def _unwritten(cls) -> list[str]:
         """The abstract methods that neither this class nor a base of it writes: those of an abstract base."""
-        names = [n for kind in cls.__mro__ for n, x in vars(kind).items() if getattr(x, "__isabstractmethod__", False)]
+        names = [n for base in cls.__mro__ for n, x in vars(base).items() if getattr(x, "__isabstractmethod__", False)]
         return [name for name in names if getattr(getattr(cls, name), "__isabstractmethod__", False)]
 
     @classmethod
@@ -83,9 +83,9 @@ class Made(Value):
                     return f"; write {part_name}={type(part).__name__}({name}=...)"
         return ""
 
-    def _set(self, values: dict[str, Any], **own: dict[str, Field]) -> None:
-        """Check and store values of fields, or their defaults. `own`: `fields=...`, where they are not the class's."""
-        self.__dict__.update(own)
+    def _set(self, values: dict[str, Any], **changes: dict[str, Field]) -> None:
+        """Check and store values of fields, or their defaults. `changes`: `fields=...`, if not the class's own."""
+        self.__dict__.update(changes)
         attributes, tied, holed, named = self.__dict__, {}, set(), {}
         for name, field in self.fields.items():
             value = values.get(name, field.default)
@@ -108,14 +108,14 @@ class Made(Value):
 
     def _fitting(self, field: Field, value: Any) -> Any:
         """The value of a field, checked. Raises TooLargeError where there is no memory for it."""
-        kind = type(self).__name__
+        class_name = type(self).__name__
         try:
-            return field.check(kind, value)
+            return field.check(class_name, value)
         except TooLargeError:
             raise
         except MemoryError:
-            given = f"{kind}({field.name}={shown(value)})"
-            raise TooLargeError(f"{given}: no memory for it; expected fewer numbers") from None
+            argument = f"{class_name}({field.name}={shown(value)})"
+            raise TooLargeError(f"{argument}: no memory for it; expected fewer numbers") from None
 
     def _lay(self, named: dict[str, Labels]) -> None:
         """Give all maps, those of parts too, the same axes in the same order, where any of them have names.
@@ -123,20 +123,20 @@ class Made(Value):
         `named`: parameters, with their axes.
         """
         parts = {n: self.__dict__[n] for n, field in self.fields.items() if isinstance(field, Part)}
-        own = {n: part._labels for n, part in parts.items() if part._labels is not None}
-        if not named and not own:
+        part_labels = {n: part._labels for n, part in parts.items() if part._labels is not None}
+        if not named and not part_labels:
             return
-        kind, attributes = type(self).__name__, self.__dict__
-        whole = labels.union([*named.values(), *own.values()], kind, ParameterError)
+        class_name, attributes = type(self).__name__, self.__dict__
+        whole = labels.union([*named.values(), *part_labels.values()], class_name, ParameterError)
         for name, of in named.items():
             attributes[name] = frozen(whole.laid(attributes[name], of))
-        for name, of in own.items():
+        for name, of in part_labels.items():
             attributes[name] = parts[name]._laid(whole, of)
         attributes.update({name: attributes[target] for name, target in self._tied.items()})
         for path, _, value, owner in tree.numbers(self):
             if getattr(value, "ndim", 0) > 1 and owner._labels is None and (owner is not self or path not in named):
                 rule = f"a map without names for its axes, beside {', '.join(map(str, whole.dims)) or 'named channels'}"
-                raise ParameterError(f"{kind}: {path} is {rule}; expected a DataArray for each map, or for none")
+                raise ParameterError(f"{class_name}: {path} is {rule}; expected a DataArray for each map, or for none")
         attributes["_labels"] = whole
         self._name_channels(whole)
 
@@ -186,9 +186,9 @@ class Made(Value):
         """Rules between fields; raises ParameterError. Overridden where there are any."""
 
 
-def to_write(kind: type, method: str) -> str:
+def to_write(cls: type, method: str) -> str:
     """What to write in a class: "write def formula(self, wi, wo) in it: f [1/sr] for directions above ..."."""
-    function = getattr(kind, method, None)
+    function = getattr(cls, method, None)
     if not inspect.isfunction(function):
         return f"write {method} in the class"
     arguments, doc = ", ".join(inspect.signature(function).parameters), (function.__doc__ or "").partition("\n\n")[0]

@@ -21,43 +21,43 @@ ON_NEW: list[Callable[[type[Any]], object]] = []
 """Functions that are called with each new class."""
 
 
-def register(kind: type[Any]) -> None:
+def register(cls: type[Any]) -> None:
     """Register a class. Raises ParameterError where another one has its name; the same one, run again, replaces it."""
-    place, name = _place(kind), kind.__name__
-    hidden = [n for n, f in vars(kind).items() if isinstance(f, Field) and _is_inherited(kind, n)]
+    place, name = _place(cls), cls.__name__
+    hidden = [n for n, f in vars(cls).items() if isinstance(f, Field) and _is_inherited(cls, n)]
     if hidden:
         advice = "give the parameter another name"
         raise ParameterError(f"class {place}: {hidden[0]} is an attribute that the class inherits; {advice}")
-    if not any(map(_is_private, (name, *kind.__module__.split(".")))):
-        if _place(CLASSES.get(name, kind)) != place:
+    if not any(map(_is_private, (name, *cls.__module__.split(".")))):
+        if _place(CLASSES.get(name, cls)) != place:
             raise ParameterError(
                 f"class {place}: the name {name} is taken by {_place(CLASSES[name])}, and texts and JSON tell classes "
                 f"apart by their names; give this one another name, or one that begins with an underscore"
             )
-        CLASSES[name] = kind
+        CLASSES[name] = cls
     for tell in ON_NEW:
-        tell(kind)
+        tell(cls)
 
 
-def json_name(kind: type[Any]) -> dict[str, str]:
+def json_name(cls: type[Any]) -> dict[str, str]:
     """The name of a class in JSON, with its module if that is not gonio's."""
-    is_gonio = kind.__module__.partition(".")[0] == __name__.partition(".")[0]
-    return {"type": kind.__name__} | ({} if is_gonio else {"module": kind.__module__})
+    is_gonio = cls.__module__.partition(".")[0] == __name__.partition(".")[0]
+    return {"type": cls.__name__} | ({} if is_gonio else {"module": cls.__module__})
 
 
 def _is_private(name: str) -> bool:
     return name.startswith("_") and not name.startswith("__")  # __main__ is nobody's secret
 
 
-def _is_inherited(kind: type[Any], name: str) -> bool:
+def _is_inherited(cls: type[Any], name: str) -> bool:
     """Whether a base has an attribute of this name that no field may stand for."""
     return any(
-        not isinstance(vars(base)[name], (Field, derived, known)) for base in kind.__mro__[1:] if name in vars(base)
+        not isinstance(vars(base)[name], (Field, derived, known)) for base in cls.__mro__[1:] if name in vars(base)
     )
 
 
-def _place(kind: type[Any]) -> str:
-    return f"{kind.__module__}.{kind.__qualname__}".replace("__mp_main__", "__main__")
+def _place(cls: type[Any]) -> str:
+    return f"{cls.__module__}.{cls.__qualname__}".replace("__mp_main__", "__main__")
 
 
 class _HasArray(Protocol):
@@ -79,36 +79,36 @@ Array: TypeAlias = _HasArray | _HasTexels | _Listed
 """Numbers, to a type checker: an array of any library, a texture, or lists. No text, which NumPy's ArrayLike takes."""
 
 
-def signature(kind: Any) -> inspect.Signature:
+def signature(cls: Any) -> inspect.Signature:
     """The fields as parameters; tables and aliases, which set several parameters at once, by keyword only."""
     parameters, optional = [], False
-    for name, field in kind.fields.items():
+    for name, field in cls.fields.items():
         by_keyword = isinstance(field, (Table, Channels, Wavelengths))
         optional = optional or field.default is not None
         default = field.default if optional or by_keyword else Parameter.empty
         place = Parameter.KEYWORD_ONLY if by_keyword else Parameter.POSITIONAL_OR_KEYWORD
         parameters.append(Parameter(name, place, default=default, annotation=field.accepts))
-    for alias, names in aliases(kind).items():
-        accepts = kind.fields[names[0]].accepts
+    for alias, names in aliases(cls).items():
+        accepts = cls.fields[names[0]].accepts
         parameters.append(Parameter(alias, Parameter.KEYWORD_ONLY, default=..., annotation=accepts))
-    for name, accepts in kind._declares.items():
-        if name not in kind.fields:
+    for name, accepts in cls._declares.items():
+        if name not in cls.fields:
             parameters.append(Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=accepts))
     return inspect.Signature(sorted(parameters, key=lambda p: p.kind))
 
 
-def aliases(kind: Any) -> dict[str, list[str]]:
+def aliases(cls: Any) -> dict[str, list[str]]:
     """Keyword that sets several parameters -> their names."""
-    fields = kind.fields.items()
-    return {alias: [name, *(n for n, f in fields if f.default == name)] for alias, name in kind._aliases().items()}
+    fields = cls.fields.items()
+    return {alias: [name, *(n for n, f in fields if f.default == name)] for alias, name in cls._aliases().items()}
 
 
-def takes_fields(kind: type) -> bool:
+def takes_fields(cls: type) -> bool:
     """Whether the constructor is the one that takes the declared fields, and none of the class's own."""
-    return next("__signature__" in vars(k) for k in kind.__mro__ if "__init__" in vars(k))
+    return next("__signature__" in vars(k) for k in cls.__mro__ if "__init__" in vars(k))
 
 
-class Signature:
+class ConstructorSignature:
     """`__signature__` of the classes whose constructor takes the declared fields."""
 
     def __get__(self, instance: object, owner: type) -> inspect.Signature:
@@ -129,10 +129,10 @@ class Docstring:
         return "\n\n".join(filter(None, (docstring(owner), parameters))) or None
 
 
-def parameter_lines(kind: Any) -> list[str]:
+def parameter_lines(cls: Any) -> list[str]:
     """Every parameter with its default, meaning, bounds and unit, aligned."""
-    rows = [(f"{name}{_with_default(field)}", field.meaning) for name, field in kind.fields.items()]
-    rows += [(alias, f"sets {' and '.join(names)}") for alias, names in aliases(kind).items()]
+    rows = [(f"{name}{_with_default(field)}", field.meaning) for name, field in cls.fields.items()]
+    rows += [(alias, f"sets {' and '.join(names)}") for alias, names in aliases(cls).items()]
     width = min(36, max((len(left) for left, _ in rows), default=0))
     return [f"{left:<{width}}   {right}" for left, right in rows]
 

@@ -202,16 +202,16 @@ class Texture:
             values = [self.grid.value(partial(self._entry, table, c), u, v) for c in range(self.channels)]
         if lib.channel_loop:
             return lib.assemble([VALUE], [[value] for value in values], uv, batch, True)[0]
-        found = lib.module.stack([lib.module.broadcast_to(x, batch) for x in values], -1)
+        stacked = lib.module.stack([lib.module.broadcast_to(x, batch) for x in values], -1)
         # Rounding to single precision must not carry a number past the bounds that all texels are within.
-        return np.clip(found, self.texels.min(), self.texels.max()) if lib.name == "numpy" else found
+        return np.clip(stacked, self.texels.min(), self.texels.max()) if lib.name == "numpy" else stacked
 
     def _entry(self, table: Any, channel: int, texel: Any) -> Any:
         return ops.take(table, texel * self.channels + channel)
 
     def table(self, merge: str | None = None) -> Fixed:
-        """The texels as lookups have them: padded, see `Grid.padded`, and flat. `merge`: of each texel one number, the
-        "mean", "max" or "min" of its channels, which sampling uses.
+        """The texels as lookups have them: padded, see `Grid.padded`, and flat. `merge`: of each texel one number,
+        the "mean", "max" or "min" of its channels, which sampling uses.
 
         Example
         >>> print(gn.Texture([[[0.1, 0.3]]]).table("max").numbers)
@@ -293,8 +293,8 @@ def checked_places(uv: Any, textures: list[Texture]) -> tuple[ops.Library, Any]:
     if not shape or shape[-1] != 2:
         raise ShapeError(f"uv: got shape {tuple(shape)}, expected (..., 2), the u and v of each place")
     if any(texture.wrap == "refuse" for texture in textures):
-        known = lib.known(places)
-        outside = None if known is None else known[(known < 0.0) | (known > 1.0)]
+        numbers = lib.known(places)
+        outside = None if numbers is None else numbers[(numbers < 0.0) | (numbers > 1.0)]
         if outside is not None and outside.size:
             rule = 'expected 0 to 1 of a texture with wrap="refuse"'
             raise ParameterError(f'uv: {outside[0]:g}; {rule}; wrap="repeat", "mirror" or "clamp" takes all')

@@ -11,19 +11,19 @@ from ..base import kernels
 from ..evaluate.computation import Computation
 from ..evaluate.tracing import Kernel
 from ..formula.direction import Direction, dot, frame, normalize, polar_angle, reflect
-from .march import Place, facet, march
+from .march import RayPlace, facet, march
 
 UNDERWAY, LOST, INSIDE = -3.0, -2.0, -1.0
 """Instead of the cell of directions that a ray leaves into: it has not come to an end, its mirror turns it inwards, or
 it is on a facet."""
 
 
-def _start(scene: Any, point: Any) -> Place:
+def _start(scene: Any, point: Any) -> RayPlace:
     """The place of a ray as high as the highest corner, at a point of the unit square, shifted."""
     x, y = point[0] + scene.shift_x, point[1] + scene.shift_y
     x, y = (x - ops.floor(x)) * scene.columns, (y - ops.floor(y)) * scene.rows
     column, row = ops.minimum(ops.floor(x), scene.columns - 1.0), ops.minimum(ops.floor(y), scene.rows - 1.0)
-    return Place(column, row, x - column, y - row, scene.highest + 0.0 * x)
+    return RayPlace(column, row, x - column, y - row, scene.highest + 0.0 * x)
 
 
 def _cell_of(scene: Any, w: Direction) -> Any:
@@ -37,7 +37,7 @@ def _cell_of(scene: Any, w: Direction) -> Any:
     return ring * scene.sectors + ops.where(sector >= scene.sectors, 0.0, sector)
 
 
-def _onward(scene: Any, place: Place, w: Direction, mirrors: bool, leaves: bool) -> tuple[Any, ...]:
+def _onward(scene: Any, place: RayPlace, w: Direction, mirrors: bool, leaves: bool) -> tuple[Any, ...]:
     """A ray from a place along w: where it is, the cell that it left into, and where a mirror there turns it.
 
     `leaves`: whether it may leave.
@@ -46,12 +46,12 @@ def _onward(scene: Any, place: Place, w: Direction, mirrors: bool, leaves: bool)
     bin = ops.where(met, INSIDE, ops.where(left, _cell_of(scene, w), UNDERWAY) if leaves else UNDERWAY)
     if mirrors:
         n, on = facet(scene, place, right)
-        turned = normalize(reflect(-w, n))
-        bin = ops.where(met & (dot(turned, n) <= 0.0), LOST, bin)
+        mirrored = normalize(reflect(-w, n))
+        bin = ops.where(met & (dot(mirrored, n) <= 0.0), LOST, bin)
         place = place._replace(z=ops.where(met, on.z, place.z))
-        w = Direction(*(ops.where(met, a, b) for a, b in zip(turned, w, strict=True)))
-    found = (place.column, place.row, place.z), (place.u, place.v, right), bin
-    return (*found, tuple(w)) if mirrors else found
+        w = Direction(*(ops.where(met, a, b) for a, b in zip(mirrored, w, strict=True)))
+    stop = (place.column, place.row, place.z), (place.u, place.v, right), bin
+    return (*stop, tuple(w)) if mirrors else stop
 
 
 def _enter(mirrors: bool) -> Kernel:
@@ -64,14 +64,14 @@ def _enter(mirrors: bool) -> Kernel:
 
 def _go_on(mirrors: bool) -> Kernel:
     def go_on(scene: Any, mean: Any, spot: Any, inside: Any, w: Any) -> tuple[Any, ...]:
-        place = Place(spot[0], spot[1], inside[0], inside[1], spot[2])
+        place = RayPlace(spot[0], spot[1], inside[0], inside[1], spot[2])
         return _onward(scene, place, Direction(*w), mirrors, leaves=True)
 
     return go_on
 
 
 def _sampled(scene: Any, mean: Any, spot: Any, inside: Any, w: Any, u: Any) -> tuple[Any, ...]:
-    n, place = facet(scene, Place(spot[0], spot[1], inside[0], inside[1], spot[2]), inside[2])
+    n, place = facet(scene, RayPlace(spot[0], spot[1], inside[0], inside[1], spot[2]), inside[2])
     t, b = frame(n)
     d = Direction(*w)
     wo = Direction(-dot(d, t), -dot(d, b), -dot(d, n))
@@ -95,4 +95,4 @@ GO_ON = {mirrors: Computation(_go_on(mirrors), _RAY, _TURNED if mirrors else _PL
 """From a facet, or on the way, to the next facet or out; likewise."""
 
 SAMPLE = Computation(_sampled, {**_RAY, "u": 2}, {"spot": VECTOR, "w": VECTOR, "weight": VALUE})
-"""Off a facet of any reflectance: in a direction by chance, and what is left of the light."""
+"""Off a facet of any reflectance: in a direction by chance, and the share of light left."""

@@ -30,7 +30,7 @@ FURTHER, AT_LEAST = 1.0 + 4e-7, 1e-6
 """A way ends so much beyond the end of a cell, as a factor and as a length: more than rounding takes back."""
 
 
-class Place(NamedTuple):
+class RayPlace(NamedTuple):
     """Where a ray is: a cell by its column and row, the place in it in [0, 1], and the height."""
 
     column: Any
@@ -137,7 +137,7 @@ class _Along(NamedTuple):
         return (self.forward * width - local) * self.inverse
 
 
-def march(field: Any, place: Place, w: Direction) -> tuple[Place, Any, Any, Any]:
+def march(field: Any, place: RayPlace, w: Direction) -> tuple[RayPlace, Any, Any, Any]:
     """Where a ray from a place along w is next on the surface, on which side of the diagonal (1 right, 0 left), whether
     it is there, and whether it has left. After `field.steps` steps it may be on its way still, and neither.
 
@@ -198,7 +198,7 @@ def march(field: Any, place: Place, w: Direction) -> tuple[Place, Any, Any, Any]
     t, fall, right, fate, _ = ops.loop(step, none, none, none, none, none)
     (column, u), (row, v) = x.at(t), y.at(t)
     u, v = ops.clip(u + fall * x.rate, 0.0, 1.0), ops.clip(v + fall * y.rate, 0.0, 1.0)
-    return Place(column, row, u, v, place.z + (t + fall) * rise), right, fate > 0.0, fate < 0.0
+    return RayPlace(column, row, u, v, place.z + (t + fall) * rise), right, fate > 0.0, fate < 0.0
 
 
 def _corners(field: Any, column: Any, row: Any) -> tuple[Any, Any, Any, Any]:
@@ -218,7 +218,7 @@ def _bent(field: Any, column: Any, row: Any) -> tuple[Any, Any, Any, Any]:
     return h00, 0.5 * (low + high), 0.5 * ((h01 - h00) + (h11 - h10)), 0.5 * (low - high)
 
 
-class _Block(NamedTuple):
+class _CellBlock(NamedTuple):
     """The nearer block that a cell is in: its column and row, its steepest slope in a sector, its highest corner, and
     that of the farther block around it."""
 
@@ -229,14 +229,14 @@ class _Block(NamedTuple):
     summit_around: Any
 
 
-def _block(field: Any, sector: Any, column: Any, row: Any) -> _Block:
+def _block(field: Any, sector: Any, column: Any, row: Any) -> _CellBlock:
     across, down = ops.floor(column * (1.0 / NEAR)), ops.floor(row * (1.0 / NEAR))
     grades = ops.take(field.blocks, ops.to_index(sector * field.count + down * field.across + across))
     slope = ops.floor(grades * (1.0 / GRADES**2))
     heights = grades - slope * GRADES**2
     summit = ops.floor(heights * (1.0 / GRADES))
     levels = (field.low + field.high_step * grade for grade in (summit, heights - summit * GRADES))
-    return _Block(across, down, field.gentle + field.slope_step * slope, *levels)
+    return _CellBlock(across, down, field.gentle + field.slope_step * slope, *levels)
 
 
 def _less(a: Any, b: Any) -> Any:
@@ -244,7 +244,7 @@ def _less(a: Any, b: Any) -> Any:
     return ops.where(a < b, a, b)
 
 
-def facet(field: Any, place: Place, right: Any) -> tuple[Direction, Place]:
+def facet(field: Any, place: RayPlace, right: Any) -> tuple[Direction, RayPlace]:
     """The normal of the triangle that a place is on, and the place with the triangle's own height."""
     h00, h10, h01, h11 = _corners(field, place.column, place.row)
     on_right = right > 0.5

@@ -20,7 +20,7 @@ from .cells import Cells
 from .march import MOST_STEPS
 
 BATCH = 1 << 16
-"""Rays at a time: what is known of them stays in the processor's cache."""
+"""Rays at a time: their arrays stay in the processor's cache."""
 
 PATIENCE, FEW = (8, 24, MOST_STEPS), 4096
 """Steps that a ray may take before those that are still on their way are packed together, and again; and the number of
@@ -36,12 +36,12 @@ def points(count: int) -> np.ndarray:
     spread = lattice(count, 2)
     tile = np.floor(spread * TILES)
     order = np.argsort(tile[:, 1] * TILES + tile[:, 0], kind="stable")
-    found = np.ascontiguousarray(spread[order], np.float32)
-    found.flags.writeable = False
-    return found
+    ordered = np.ascontiguousarray(spread[order], np.float32)
+    ordered.flags.writeable = False
+    return ordered
 
 
-class Traced(NamedTuple):
+class _LightShares(NamedTuple):
     """Shares of the incident light.
 
     cells       (rings, sectors, C): what leaves into each cell of directions, of all bounces
@@ -102,17 +102,17 @@ class _Walk:
 
     def enter(self, points: np.ndarray, w: np.ndarray) -> tuple[_Rays, _Rays]:
         """Rays of direction w (n, 3) from the source, after their first bounce: as `onward` gives them."""
-        found = ENTER[self.mirrors](self.scenes[1], point=points)
-        self.lost = self.lost + float(np.count_nonzero(found["bin"] == LOST))
-        first, late = self._sorted(found, w, 1.0)
+        hits = ENTER[self.mirrors](self.scenes[1], point=points)
+        self.lost = self.lost + float(np.count_nonzero(hits["bin"] == LOST))
+        first, late = self._sorted(hits, w, 1.0)
         return self.onward(self.turned(_Rays.together([first, self.met(late, 0)])), 0, 0)
 
     def met(self, rays: _Rays, k: int, tries: int = 0) -> _Rays:
         """Rays on the next facets; those that leave, after k + 1 bounces, are counted."""
         several = []
         while len(rays.spot) and tries < len(PATIENCE):
-            found, rays = self.onward(rays, k, tries)
-            several.append(found)
+            on_facets, rays = self.onward(rays, k, tries)
+            several.append(on_facets)
             tries += 1
         self.lost = self.lost + rays.light()
         return _Rays.together(several) if several else rays
@@ -120,14 +120,14 @@ class _Walk:
     def onward(self, rays: _Rays, k: int, tries: int) -> tuple[_Rays, _Rays]:
         """Rays on the next facets, and those that are on their way after some steps."""
         scene = self.scenes[tries if len(rays.spot) > FEW else -1]
-        found = GO_ON[self.mirrors](scene, spot=rays.spot, inside=rays.inside, w=rays.w)
-        lost, row = _counted(found["bin"], rays.weight, self.size)
+        steps = GO_ON[self.mirrors](scene, spot=rays.spot, inside=rays.inside, w=rays.w)
+        lost, row = _counted(steps["bin"], rays.weight, self.size)
         self.cells, self.left[k], self.lost = self.cells + row, self.left[k] + row.sum(0), self.lost + lost
-        return self._sorted(found, rays.w, rays.weight)
+        return self._sorted(steps, rays.w, rays.weight)
 
-    def _sorted(self, found: dict[str, np.ndarray], w: np.ndarray, weight: Any) -> tuple[_Rays, _Rays]:
+    def _sorted(self, results: dict[str, np.ndarray], w: np.ndarray, weight: Any) -> tuple[_Rays, _Rays]:
         """Rays on facets, and those on their way."""
-        bins, rays = found["bin"], _Rays(found["spot"], found["inside"], found.get("w", w), weight)
+        bins, rays = results["bin"], _Rays(results["spot"], results["inside"], results.get("w", w), weight)
         return rays.chosen(bins == INSIDE), rays.chosen(bins == UNDERWAY)
 
     def turned(self, rays: _Rays) -> _Rays:
@@ -135,9 +135,9 @@ class _Walk:
         if isinstance(self.facet, float):
             return rays._replace(weight=rays.weight * self.facet)
         u = self.rng.random((len(rays.spot), 2), np.float32)
-        found = SAMPLE(self.scenes[0], spot=rays.spot, inside=rays.inside, w=rays.w, u=u)
-        weight = found["weight"] if found["weight"].ndim == 2 else found["weight"][:, None]
-        return _Rays(found["spot"], rays.inside, found["w"], rays.weight * weight)
+        samples = SAMPLE(self.scenes[0], spot=rays.spot, inside=rays.inside, w=rays.w, u=u)
+        weight = samples["weight"] if samples["weight"].ndim == 2 else samples["weight"][:, None]
+        return _Rays(samples["spot"], rays.inside, samples["w"], rays.weight * weight)
 
 
 def trace(
@@ -150,7 +150,7 @@ def trace(
     points: np.ndarray,
     shift: np.ndarray,
     rng: np.random.Generator,
-) -> Traced:
+) -> _LightShares:
     """Light from a direction [rad] through points of the unit square, on a surface as `march.tables` has it.
 
     `facet`: the reflectance of facets that are mirrors, or any reflectance, of C channels.
@@ -179,7 +179,7 @@ def trace(
     count = len(points)
     shares = np.stack([x + 0.0 * walk.lost for x in walk.left]) / count
     tally = (walk.cells + np.zeros((cells.rings * cells.sectors, len(walk.lost)))) / count
-    return Traced(tally.reshape(cells.rings, cells.sectors, -1), shares, rays.light() / count, walk.lost / count)
+    return _LightShares(tally.reshape(cells.rings, cells.sectors, -1), shares, rays.light() / count, walk.lost / count)
 
 
 def _counted(bins: np.ndarray, weight: float | np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..lights.constant import ConstantLight
 from ..numerics.lattice import lattice
-from .places import Points
+from .places import SeenPoints
 
 _EVERYWHERE = ConstantLight(1.0)
 
@@ -33,7 +33,7 @@ def reflected(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any
     u = lib.vectors(lattice(samples), wo)
     wo, position = wo[..., None, :], position[..., None, :]
     local = Frame(*(type(axis)(*(_wide(lib, c) for c in axis)) for axis in local))
-    at = Points(local, wo, position, u, u)
+    at = SeenPoints(local, wo, position, u, u)
     drawn_from = light if light.can_sample else _EVERYWHERE
     towards, light_pdf = drawn_from.sample(u, position)
     if light.has_edges:
@@ -54,7 +54,7 @@ def reflected(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any
     return total + _mean(_of_deltas(m, light, at)) if m.has_delta else total
 
 
-def _of_deltas(m: Reflectance, light: Light, at: Points) -> Any:
+def _of_deltas(m: Reflectance, light: Light, at: SeenPoints) -> Any:
     """Radiance (..., n, C) by delta lobes: exact, n = 1, of what reflects in front alone; else by samples."""
     local, wo, position, u, _ = at
     lib = ops.library(wo)
@@ -72,8 +72,9 @@ def _of_deltas(m: Reflectance, light: Light, at: Points) -> Any:
     through = (s.wi[..., 2:3] * wo[..., 2:3]) < 0.0
     across = (with_channels(m.delta_reflectance(wo, x), wo.ndim - 1) for x in (True, False))
     seen = ops.where(through, *across)
-    known = s.delta[..., None] & (seen > 0.0)
-    times = ops.stop_gradient(ops.where(known, drawn / ops.where(known, seen, 1.0), 0.0))  # one over the probability
+    has_density = s.delta[..., None] & (seen > 0.0)
+    # One over the probability.
+    times = ops.stop_gradient(ops.where(has_density, drawn / ops.where(has_density, seen, 1.0), 0.0))
     return seen * times * light.incident(local.to_world(lib, s.wi), position)
 
 
@@ -87,7 +88,7 @@ def _mean(values: Any) -> Any:
     return values.mean(-2)
 
 
-def _lit(m: Reflectance, light: Light, at: Points, towards: Any, weight: Any) -> Any:
+def _lit(m: Reflectance, light: Light, at: SeenPoints, towards: Any, weight: Any) -> Any:
     """Radiance by light from world directions, times a weight."""
     local, wo, position, *_ = at
     lib = ops.library(wo)

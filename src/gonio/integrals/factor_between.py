@@ -11,7 +11,7 @@ from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..numerics.quadrature import NODES, Goal, Integrals, Sums, cubature, place, weighed
+from ..numerics.quadrature import NODES, CellSums, Goal, Integrals, cubature, place, weighed
 from ..numerics.unique_rows import unique_rows
 from .cones import MIRROR, Cone, Geometry, Rings, overlap
 from .over_directions import Over, over_directions
@@ -78,9 +78,9 @@ def double_integral(m: Reflectance, of: Geometry, to: Geometry, places: Places, 
     outer, inner = (of, to) if outward else (to, of)
 
     def single(w: np.ndarray, there: Places) -> Integrals:
-        found = _smooth(m, w, there, inner, Over(outward), Goal(INNER * tolerance, side=FEW))
+        integral = _smooth(m, w, there, inner, Over(outward), Goal(INNER * tolerance, side=FEW))
         size = inner.projected / math.pi
-        return Integrals(found.value / size, found.error / size, found.missing)
+        return Integrals(integral.value / size, integral.error / size, integral.missing)
 
     value, error, missing = averaged(m, outer, places, Goal(tolerance), inner.about_normal, single)
     mirrors = [(weight, lobe) for weight, lobe in m.lobes() if lobe.is_delta]
@@ -92,11 +92,11 @@ def double_integral(m: Reflectance, of: Geometry, to: Geometry, places: Places, 
     points, seam = both
     scale = math.pi / (of.projected * to.projected)
 
-    def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:
+    def evaluate(rows: np.ndarray, cells: np.ndarray) -> CellSums:
         u, area = square_nodes(cells)
         w, solid = points(*u)
         total = sum((_delta(weight, lobe, w, places.of(rows)) for weight, lobe in mirrors), np.zeros(()))
-        return Sums(weighed(total * (scale * area * solid)[..., None]), 0.0, 0.0)
+        return CellSums(weighed(total * (scale * area * solid)[..., None]), 0.0, 0.0)
 
     delta = cubature(evaluate, len(places.elements), Goal(DELTA * tolerance), seam)
     return Integrals(value + delta.value, error + delta.error, missing)
@@ -110,7 +110,7 @@ def averaged(m: Reflectance, outer: Geometry, places: Places, goal: Goal, turns:
     same = turns and m.is_isotropic()
     around: Geometry | Rings = Rings(outer) if same and isinstance(outer, Cone) and not outer.about_normal else outer
 
-    def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:
+    def evaluate(rows: np.ndarray, cells: np.ndarray) -> CellSums:
         u, area = square_nodes(cells)
         w, solid = around.points(*u)
         area = area * solid / around.projected
@@ -125,7 +125,7 @@ def averaged(m: Reflectance, outer: Geometry, places: Places, goal: Goal, turns:
         value, error, missing = (x[back].reshape(*area.shape, -1) for x in inner)
         share = NODES[:, 2] * area
         sums = weighed(value * area[..., None])
-        return Sums(sums, (share * error[..., 0]).sum(axis=-1), (share * missing[..., 0]).sum(axis=-1))
+        return CellSums(sums, (share * error[..., 0]).sum(axis=-1), (share * missing[..., 0]).sum(axis=-1))
 
     goal = Goal(OUTER * goal.tolerance, goal.unit, FEW)
     return cubature(evaluate, len(places.elements), goal, around.seam)

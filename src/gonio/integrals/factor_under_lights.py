@@ -13,12 +13,12 @@ from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
-from ..numerics.quadrature import Goal, Integrals, Sums, cubature, weighed
+from ..numerics.quadrature import CellSums, Goal, Integrals, cubature, weighed
 from .cones import Geometry
 from .factor_between import FEW, INNER, averaged, single_integral, square_nodes
 from .illumination import estimate, have_channels
 from .over_directions import Over
-from .places import Places, Points
+from .places import Places, SeenPoints
 
 SAMPLES = (1 << 13, 1 << 20)
 """Samples of a light for a direction, at first and at most."""
@@ -80,10 +80,10 @@ def _by_quadrature(
 ) -> tuple[np.ndarray, Integrals]:
     """Irradiance (C,) by a light that is a function of direction, and pi L_o (n, C)."""
 
-    def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:
+    def evaluate(rows: np.ndarray, cells: np.ndarray) -> CellSums:
         u, area = square_nodes(cells)
         w, solid = of.points(*u)
-        return Sums(weighed(light.incident(w) * (area * solid)[..., None]), 0.0, 0.0)
+        return CellSums(weighed(light.incident(w) * (area * solid)[..., None]), 0.0, 0.0)
 
     u, _ = square_nodes(np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 1.0]]))
     w, solid = of.points(*u)
@@ -141,7 +141,7 @@ def _estimates(m: Reflectance, light: Any, wo: np.ndarray, u: np.ndarray) -> tup
     blocks, holes = [], 0
     for start in range(0, len(u), 1 << 17):
         part = slice(start, start + (1 << 17))
-        values, missing = estimate(m, light, Points(_LOCAL, wo[part], _HERE, u[part], u[part]))
+        values, missing = estimate(m, light, SeenPoints(_LOCAL, wo[part], _HERE, u[part], u[part]))
         by_sample = np.asarray(values).reshape(-1, values.shape[-1])  # the one place of the material left out
         blocks.append(np.broadcast_to(by_sample, (len(u[part]), by_sample.shape[-1])))
         holes += missing

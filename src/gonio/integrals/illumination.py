@@ -35,7 +35,7 @@ from .glows import channels_of, glows, widths
 from .maps import Wanted, over_places
 from .over_directions import Radiance
 from .over_hemisphere import Integral, integrate, mean_radiance
-from .places import Places, Points
+from .places import Places, SeenPoints
 
 SAMPLED = 6e-3
 """Error of a lobe at a place on a map, relative to the mean radiance of a light that is sampled 4096 times."""
@@ -81,8 +81,8 @@ def reflected_radiance(
     >>> print(gn.reflected_radiance(gn.Lambertian(0.5), [sun, sky], up, normal=up).round(2))
     141.74
     """
-    given = as_lights(lights)
-    lights = at_wavelengths(given, m)
+    sources = as_lights(lights)
+    lights = at_wavelengths(sources, m)
     wo = _joined(wo, lights)
     lib, (wo, normal, tangent, position) = vectors(wo=wo, normal=normal, tangent=tangent, position=position)
     if lib.channel_loop:
@@ -91,8 +91,8 @@ def reflected_radiance(
     shape = ops.broadcast_shape(shapes, "wo, normal, tangent, position")[:-1]
     if lib.name == "numpy":
         memory.check((*batch.full_shape(m, shape), 3), wo.dtype, "an array of directions")
-    if (known := lib.known(wo)) is not None:
-        check_unit("wo", known)
+    if (numbers := lib.known(wo)) is not None:
+        check_unit("wo", numbers)
     wo = lib.module.broadcast_to(wo, (*shape, 3))
     local = Frame.of_arrays(lib, normal, tangent)
     local_wo = local.to_local(lib, wo)
@@ -100,7 +100,7 @@ def reflected_radiance(
         light.check_position(position)
         if exchanges(m) or not light.is_delta:
             check_channels(m.channels or 1, light, channels_of(light))
-    glowing = glows(m, lights, widths(m) if exchanges(m) and any(map(has_spectra, given)) else None)
+    glowing = glows(m, lights, widths(m) if exchanges(m) and any(map(has_spectra, sources)) else None)
     lit = [(m, light) for light in lights] + [(glow, light) for glow, several in glowing for light in several]
     parts = [delta_radiance(x, light, local, local_wo, position) for x, light in lit if light.is_delta]
     fields = [(x, light) for x, light in lit if not light.is_delta]
@@ -291,7 +291,7 @@ def _sampled(
         for start in range(0, samples, step):
             u = points[start : start + step]
             u = np.broadcast_to(u, (len(number), *u.shape))
-            part, holes = estimate(there, light, Points(here, towards, at, u, u))
+            part, holes = estimate(there, light, SeenPoints(here, towards, at, u, u))
             part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
             total, missing = total + part.sum(axis=1), missing + holes
         return Integrals(total / samples, np.zeros(len(number)), np.zeros(len(number)))
@@ -308,7 +308,7 @@ def _sampled(
     return value.reshape(*batch.full_shape(m, shape), -1).astype(wo.dtype)
 
 
-def estimate(m: Reflectance, light: Light, at: Points, colour: np.ndarray | None = None) -> tuple[np.ndarray, int]:
+def estimate(m: Reflectance, light: Light, at: SeenPoints, colour: np.ndarray | None = None) -> tuple[np.ndarray, int]:
     """One-sample estimates (..., C) of the radiance that a light with extent causes at points, and the number of
     samples in directions without measured data (they count as 0).
 

@@ -18,7 +18,18 @@ from ..evaluate.tracing import Task
 from ..formula import tree
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Channels, Numbers
-from ..numerics.quadrature import NODES, Evaluate, Goal, Integrals, Sums, cubature, in_order, of_squares, place, weighed
+from ..numerics.quadrature import (
+    NODES,
+    CellSums,
+    Evaluate,
+    Goal,
+    Integrals,
+    cubature,
+    in_order,
+    of_squares,
+    place,
+    weighed,
+)
 from . import half_vectors
 from .by_polar_angle import Direct, by_polar_angle, is_even
 from .domain import SAMPLED, Coordinates, Domain
@@ -60,14 +71,14 @@ def over_directions(m: Reflectance, fixed: np.ndarray, places: Places, over: Ove
             continue
         of_lobe = goal._replace(tolerance=goal.tolerance / (len(lobes) * np.fmax(largest, 1e-300)))
         whole = _Integrand(lobe, fixed, places, over)
-        found = None
+        of_part = None
         if count and over.domain is SAMPLED and over.radiance is None:
-            found = lobe._collected(fixed, over.incident, float(of_lobe.tolerance.min()), whole.each)
-        if found is None:
-            found = _beside(part.integrals(of_lobe) for part in whole.alike())
-        value = value + weight * found.value
-        error = error + largest * found.error
-        missing = np.maximum(missing, found.missing)
+            of_part = lobe._collected(fixed, over.incident, float(of_lobe.tolerance.min()), whole.each)
+        if of_part is None:
+            of_part = _beside(part.integrals(of_lobe) for part in whole.alike())
+        value = value + weight * of_part.value
+        error = error + largest * of_part.error
+        missing = np.maximum(missing, of_part.missing)
     return Integrals(value, error, missing)
 
 
@@ -158,13 +169,14 @@ class _Integrand(NamedTuple):
         for nodes in half_vectors.rules(self.lobe) if self.over.radiance is None else ():
             if not len(finer):
                 break
-            found = of_squares(
+            integrals = of_squares(
                 self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))), half_vectors.HIGHEST[0]
             )
-            allowed = goal.tolerance[finer] * np.maximum(goal.unit[finer], np.abs(found.value).max(axis=-1))
-            done, smooth = ~(found.error > allowed), (found.error**2 < allowed) & (found.error < 0.1 * before[finer])
-            groups.append((finer[done], Integrals(*(x[done] for x in found))))
-            before[finer] = np.where(done, -1.0, found.error)
+            allowed = goal.tolerance[finer] * np.maximum(goal.unit[finer], np.abs(integrals.value).max(axis=-1))
+            done = ~(integrals.error > allowed)
+            smooth = (integrals.error**2 < allowed) & (integrals.error < 0.1 * before[finer])
+            groups.append((finer[done], Integrals(*(x[done] for x in integrals))))
+            before[finer] = np.where(done, -1.0, integrals.error)
             finer = finer[~done & smooth]
         left = np.flatnonzero(before >= 0.0)
         if len(left):
@@ -181,7 +193,7 @@ class _Integrand(NamedTuple):
 
     def summed(
         self, kernel: Callable, chunks: Sequence[int], nodes: np.ndarray, rows: np.ndarray, cells: np.ndarray
-    ) -> Sums:
+    ) -> CellSums:
         """Sums over the nodes of cells (k, 6), each for the fixed direction of its number (k,)."""
         mapped = map_shape(self.lobe) != ()
         parts, start = [], 0
@@ -197,7 +209,7 @@ class _Integrand(NamedTuple):
                 part = self._run(kernel, nodes, self.lobe, here[filled], square[filled])
                 parts.append([x[: len(here)] for x in part])
         totals, missing = (np.concatenate(x) for x in zip(*parts, strict=True))
-        return Sums(totals, 0.0, missing)
+        return CellSums(totals, 0.0, missing)
 
     def _run(
         self, kernel: Callable, nodes: np.ndarray, m: Reflectance, rows: np.ndarray, cells: np.ndarray

@@ -11,7 +11,7 @@ from ..base.reflectance import Reflectance
 from ..evaluate import batch
 
 
-class Points(NamedTuple):
+class SeenPoints(NamedTuple):
     """Points that are seen: frames, directions to the viewer in these (..., 3), world positions (..., 3), and two pairs
     of random numbers (..., 2)."""
 

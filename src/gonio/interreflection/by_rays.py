@@ -15,7 +15,7 @@ from ..errors import DependencyError
 from ..evaluate.computation import Computation, composite
 from ..evaluate.planning import available
 from ..machine.caches import kept
-from ..numerics.embree import Triangles as Packets
+from ..numerics.embree import EmbreeTriangles
 from ..numerics.lattice import lattice
 from .patches import Patches
 
@@ -107,9 +107,9 @@ PLACED = Computation(_placed, {"d": 3, "hit": 3}, {"patch": SCALAR})
 @kept
 def points(count: int, dimensions: int) -> np.ndarray:
     """Points (1, count, dimensions) of the unit cube, float32; neighbours are near each other in the last two."""
-    found = lattice(count, dimensions).astype(np.float32)
-    cell = np.floor(found[:, -2] * 4.0) * 8.0 + np.floor(found[:, -1] * 8.0)
-    return found[np.argsort(cell, kind="stable")][None]
+    spread = lattice(count, dimensions).astype(np.float32)
+    cell = np.floor(spread[:, -2] * 4.0) * 8.0 + np.floor(spread[:, -1] * 8.0)
+    return spread[np.argsort(cell, kind="stable")][None]
 
 
 @cache
@@ -176,7 +176,7 @@ def blockers(patches: Patches) -> dict[str, Fixed]:
         return {}
     faces = patches.faces.local
     try:
-        return {"triangles": Fixed(Packets(faces.vertices, faces.faces, robust=True).handle)}
+        return {"triangles": Fixed(EmbreeTriangles(faces.vertices, faces.faces, robust=True).handle)}
     except DependencyError:
         return {}
 
@@ -184,7 +184,7 @@ def blockers(patches: Patches) -> dict[str, Fixed]:
 class ByRays:
     """F x = mean of x over what `count` rays of each patch meet; x is 0 on backs and where there is nothing.
 
-    `hits` (n, count): numbers of patches; n stands for nothing, n + 1 for backs. `found`: the first rows of it, from
+    `hits` (n, count): numbers of patches; n stands for nothing, n + 1 for backs. `first`: the first rows of it, from
     before; `keep`: is given all rows found so far, again and again.
     """
 
@@ -192,14 +192,14 @@ class ByRays:
         self,
         patches: Patches,
         count: int,
-        found: np.ndarray | None = None,
+        first: np.ndarray | None = None,
         keep: Callable[[np.ndarray], None] | None = None,
     ):
         self.patches = patches
         n, u = len(patches), points(count, 4)
-        done = 0 if found is None else len(found)
+        done = 0 if first is None else len(first)
         self.hits = np.empty((n, count), np.int32)
-        self.hits[:done] = 0 if found is None else found
+        self.hits[:done] = 0 if first is None else first
         shoot = _Shooter(patches)
         for start in range(done, n, max(1, RAYS // count)):
             rows = slice(start, start + max(1, RAYS // count))

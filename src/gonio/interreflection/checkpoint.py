@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.identity import identity
 from ..errors import FormatError
-from ..scenes.kept import ADVICE, Kept
+from ..scenes.kept import ADVICE, WorkFile
 from .patches import Halvings, Patches
 
 
@@ -25,7 +25,7 @@ class Begun(NamedTuple):
 ARRAYS = ("corners", "part", "face", "places", "lines", "links", "slot", "direct", "found")
 
 
-class Checkpoint(Kept):
+class RadiosityCheckpoint(WorkFile):
     """A file of what has been found; one of another scene, or with other settings, is refused."""
 
     def __init__(self, path: str | os.PathLike[str], faces: Patches, *others: Any):
@@ -41,8 +41,8 @@ class Checkpoint(Kept):
         n = len(held["corners"])
         if held["corners"].shape != (n, 3, 3) or any(len(held[x]) != n for x in ("part", "slot", "direct")):
             raise FormatError(f"{self.path}: a checkpoint whose arrays have the wrong shapes; {ADVICE}")
-        corners, part, face, places, *tree, direct, found = (held[name] for name in ARRAYS)
-        return Begun(Patches(self._faces, corners, part, face, places, Halvings(*tree)), direct, found)
+        corners, part, face, places, *tree, direct, rows = (held[name] for name in ARRAYS)
+        return Begun(Patches(self._faces, corners, part, face, places, Halvings(*tree)), direct, rows)
 
     def keep(self, begun: Begun, is_last: bool) -> None:
         """Write what has been found, unless the last time was just now."""

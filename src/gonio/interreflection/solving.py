@@ -19,7 +19,7 @@ from ..numerics.lattice import lattice
 from ..scenes.left_out import lets_through
 from ..scenes.scene import Scene
 from .by_rays import ByRays
-from .checkpoint import Begun, Checkpoint
+from .checkpoint import Begun, RadiosityCheckpoint
 from .contacts import divided_at_contacts
 from .dense import Dense
 from .lamps import from_lamps
@@ -177,23 +177,23 @@ def radiosity(
 
     file = None
     if checkpoint is not None:
-        file = Checkpoint(checkpoint, whole, count, dense, rays, albedo, exitance, sent)
+        file = RadiosityCheckpoint(checkpoint, whole, count, dense, rays, albedo, exitance, sent)
     begun = None if file is None else file.read()
     if begun is None:
         divided = where_it_changes(divided)
         begun = Begun(divided, light_on(divided, LAST_SHADOW_RAYS)[0], np.empty((0, 0)))
-    divided, direct, found = begun
+    divided, direct, rows = begun
 
-    def keep(found: np.ndarray) -> None:
+    def keep(rows: np.ndarray) -> None:
         if file is not None:
-            file.keep(Begun(divided, direct, found), len(found) == len(divided))
+            file.keep(Begun(divided, direct, rows), len(rows) == len(divided))
 
     operator: ByRays | Dense
     if dense:
-        operator = Dense(divided, found if len(found) else None)
+        operator = Dense(divided, rows if len(rows) else None)
         keep(operator.factors)
     else:
-        operator = ByRays(divided, rays, found if len(found) else None, keep)
+        operator = ByRays(divided, rays, rows if len(rows) else None, keep)
     on = surface(divided)
     reflected, arriving = _solve(operator, on, direct)
     names = next((material.channel_names for material in materials if material.channels), None)
@@ -275,12 +275,12 @@ def _sent(number: int, m: Reflectance) -> np.ndarray:
 
     Raises ParameterError where that is more energy than arrives.
     """
-    found = np.stack([kept_reflectance(glow(m, one, 1.0), 1e-4) for one in np.eye(m.channels or 1)], axis=-1)
-    most = float((found.sum(axis=0) + kept_reflectance(m, 1e-4)).max())
+    matrix = np.stack([kept_reflectance(glow(m, one, 1.0), 1e-4) for one in np.eye(m.channels or 1)], axis=-1)
+    most = float((matrix.sum(axis=0) + kept_reflectance(m, 1e-4)).max())
     if most > 1.0 + 1e-6:
         rule = "expected at most 1: gn.check(material)"
         raise ParameterError(f"part {number} sends back {most:.4g} of the energy of a wavelength, {rule}")
-    return found
+    return matrix
 
 
 def _lamps(faces: Patches, exitance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

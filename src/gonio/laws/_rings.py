@@ -23,7 +23,7 @@ PARTS, TOGETHER = 8, 4
 EDGES = np.concatenate([[0.0], np.geomspace(1e-6, 0.2, 60), np.linspace(0.2, 1.0, 41)[1:]])
 
 
-class Rings(NamedTuple):
+class _RingGrid(NamedTuple):
     """Directions (K, 3), their solid angles (K,) and bin numbers (K,)."""
 
     w: np.ndarray
@@ -52,7 +52,7 @@ def around(view: np.ndarray, r: np.ndarray, psi: np.ndarray) -> np.ndarray:
     return np.cos(r) * mirror + np.sin(r) * (np.cos(psi) * t + np.sin(psi) * b)
 
 
-def rings(view: np.ndarray) -> Rings:
+def rings(view: np.ndarray) -> _RingGrid:
     """The grid for a view."""
     psi = ((np.arange(SECTORS) + 0.5) * 2.0 * np.pi / SECTORS)[:, None]
     x, gauss = np.polynomial.legendre.leggauss(NODES)
@@ -63,31 +63,31 @@ def rings(view: np.ndarray) -> Rings:
     ring = np.arange(r.shape[1]) // (NODES * TOGETHER)
     bins = ring * PARTS + np.arange(SECTORS)[:, None] * PARTS // SECTORS
     solid = np.sin(r) * dr * (2.0 * np.pi / SECTORS)
-    return Rings(w.reshape(-1, 3), solid.ravel(), bins.ravel())
+    return _RingGrid(w.reshape(-1, 3), solid.ravel(), bins.ravel())
 
 
 @cache
-def grids() -> list[tuple[np.ndarray, Rings]]:
+def grids() -> list[tuple[np.ndarray, _RingGrid]]:
     """Views (3,) at VIEWS, and the grid of each."""
     return [(view, rings(view)) for view in direction(VIEWS, 0.3)]
 
 
-class Places(NamedTuple):
+class _BinnedView(NamedTuple):
     """A view, the grid for it, and a function that finds the bin numbers of directions."""
 
     view: np.ndarray
-    grid: Rings
+    grid: _RingGrid
     bins_of: Callable[[np.ndarray], np.ndarray]
 
 
-def places(m: Reflectance) -> Iterator[Places]:
+def places(m: Reflectance) -> Iterator[_BinnedView]:
     """The views and grids for a material: above the surface; of one that transmits the sphere, seen from both sides.
 
     The grid below is about the direction that a plane surface of the material's index refracts.
     """
     if m.sides == "front":
         for view, grid in grids():
-            yield Places(view, grid, partial(bins_of, view))
+            yield _BinnedView(view, grid, partial(bins_of, view))
         return
     index = float(np.mean(m.index))
     for back in (False, True):
@@ -95,7 +95,7 @@ def places(m: Reflectance) -> Iterator[Places]:
             yield _of_sphere(view, grid, 1.0 / index if back else index, back)
 
 
-def _of_sphere(view: np.ndarray, above: Rings, index: float, back: bool) -> Places:
+def _of_sphere(view: np.ndarray, above: _RingGrid, index: float, back: bool) -> _BinnedView:
     down = np.array([1.0, 1.0, -1.0])
     there = view / index
     across = there[0] ** 2 + there[1] ** 2
@@ -110,7 +110,7 @@ def _of_sphere(view: np.ndarray, above: Rings, index: float, back: bool) -> Plac
         w = w * turn
         return np.where(w[:, 2] < 0.0, bins_of(straight, w * down) + first, bins_of(view, w))
 
-    return Places(view * turn, Rings(w, solid, bins), numbers)
+    return _BinnedView(view * turn, _RingGrid(w, solid, bins), numbers)
 
 
 def distance(view: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

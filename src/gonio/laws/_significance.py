@@ -27,7 +27,7 @@ from ..tables.gridded import Gridded
 from ..tables.interpolation import places_of
 from ..tables.nodes import above
 from ..tables.scattered import Scattered
-from ..uncertainty.functionals import Linear, Pairs, linear, named, pointwise
+from ..uncertainty.functionals import Linear, WeightedPairs, linear, named, pointwise
 from ..uncertainty.sensitivity import around, by_channel
 from ..uncertainty.table import TableErrors, has_uncertainty
 from . import cavity
@@ -86,8 +86,8 @@ class Errors(NamedTuple):
         """The chance that the largest of so many results exceeds its bound by this much, of the mixture of independent
         errors and one that is common to a channel that makes it most likely; interpolation errs alike in a channel."""
         x, share = np.linspace(-9.0, 9.0, 2001), np.linspace(0.0, 1.0, 11)[:, None]
-        own = np.maximum(self.independent * np.sqrt(1.0 - share), 1e-9 * abs(excess) + 1e-300)
-        beyond = (excess - x * np.hypot(self.common * np.sqrt(share), self.interpolation)) / own
+        spread = np.maximum(self.independent * np.sqrt(1.0 - share), 1e-9 * abs(excess) + 1e-300)
+        beyond = (excess - x * np.hypot(self.common * np.sqrt(share), self.interpolation)) / spread
         normal = np.exp(-0.5 * x * x) * (x[1] - x[0]) / math.sqrt(2.0 * math.pi)
         one = float((-np.expm1(looks * log_ndtr(beyond)) @ normal).max())
         return -math.expm1(channels * math.log1p(-min(one, 1.0 - 1e-15)))
@@ -175,10 +175,10 @@ def _positivity(m: Gridded, law: Law) -> Law:
         return law
     with np.errstate(invalid="ignore", divide="ignore"):
         z = np.where(u > 0.0, -f / u, np.nan)
-    found = [_below(column[column > -NEAR]) for column in z.T]
-    if not any(n for n, *_ in found):
+    by_channel = [_below(column[column > -NEAR]) for column in z.T]
+    if not any(n for n, *_ in by_channel):
         return law
-    n, chi2, worst, p = min(found, key=lambda channel: channel[-1])
+    n, chi2, worst, p = min(by_channel, key=lambda channel: channel[-1])
     p = min(1.0, z.shape[1] * p)
     large = bool(-np.nanmin(f) > EFFECT * np.nanmedian(np.abs(f)))
     text = f"of {n} values about or below 0: chi2 below 0 {chi2:.4g}, up to {0.5 * n:.4g} expected, the lowest by "
@@ -233,11 +233,11 @@ def _of_pairs(law: Law, pairs: BothWays, words: str) -> Law:
         half = float(np.nanmedian(difference(pairs.f, pairs.back)))
         text = f"of the {len(pairs.f)} {words} half differ by more than {half:.2g} of f"
         return replace(law, significance=f"{text}; no uncertainty is stated")
-    found = [_differing(*one) for one in zip(pairs.f.T, pairs.back.T, pairs.u.T, pairs.u_back.T, strict=True)]
-    if not any(channel.n for channel in found):
+    by_channel = [_differing(*one) for one in zip(pairs.f.T, pairs.back.T, pairs.u.T, pairs.u_back.T, strict=True)]
+    if not any(channel.n for channel in by_channel):
         return law
-    worst = min(found, key=lambda channel: channel.chance)
-    chances = [len(found) * p for p in (worst.by_all, worst.by_one)]
+    worst = min(by_channel, key=lambda channel: channel.chance)
+    chances = [len(by_channel) * p for p in (worst.by_all, worst.by_one)]
     significant = any(
         2.0 * p < CHANCE and size > EFFECT for p, size in zip(chances, (worst.rms, worst.off), strict=True)
     )
@@ -286,12 +286,12 @@ class Differing(NamedTuple):
 def _differing(f: np.ndarray, back: np.ndarray, u: np.ndarray, u_back: np.ndarray) -> Differing:
     """Of the values (n,) of pairs; a common error leaves the difference of its parts in both."""
     both = np.hypot(u, u_back)
-    known = np.isfinite(f - back) & (both > 0.0)
-    n, both = int(known.sum()), both[known]
+    valid = np.isfinite(f - back) & (both > 0.0)
+    n, both = int(valid.sum()), both[valid]
     if not n:
         return Differing(0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0)
-    apart, mean = np.abs(f - back)[known] / both, 0.5 * np.abs(f + back)[known] / both
-    shared = (np.sign(f - back) * (u - u_back))[known] / both
+    apart, mean = np.abs(f - back)[valid] / both, 0.5 * np.abs(f + back)[valid] / both
+    shared = (np.sign(f - back) * (u - u_back))[valid] / both
     chi2 = float(apart @ apart - (apart @ shared) ** 2 / (1.0 + shared @ shared))  # of the matrix 1 + shared shared^T
     z = apart / np.sqrt(1.0 + shared * shared)
     k = int(z.argmax())
@@ -315,15 +315,15 @@ def both_ways(m: Gridded) -> BothWays:
     """The pairs of directions that were measured both ways, each once; of large tables of some of them."""
     if isinstance(m, Scattered):
         exchanged = m.rows[:, [2, 3, 0, 1]]
-        places, turned = (places_of(rows, tree.is_oriented(m), m.is_mirrored) for rows in (m.rows, exchanged))
-        distance, back = KDTree(places).query(turned)
-        there, found = np.arange(len(places)), distance < SAME_PAIR
+        places, places_back = (places_of(rows, tree.is_oriented(m), m.is_mirrored) for rows in (m.rows, exchanged))
+        distance, back = KDTree(places).query(places_back)
+        there, has_partner = np.arange(len(places)), distance < SAME_PAIR
     else:
         there = np.arange(0, math.prod(map(len, m.axes.values())), 1 + m.valid.size // MOST)
         wi, wo = (w.reshape(-1, 3)[there] for w in m.directions())
         up = above(wi, wo)
         there, wi, wo = there[up], wi[up], wo[up]
-        near = around(m, Pairs(0, wo, wi, np.ones(len(wi))))
+        near = around(m, WeightedPairs(0, wo, wi, np.ones(len(wi))))
         largest = near.weight.argmax(axis=0)[None]
         back = np.take_along_axis(near.node, largest, 0)[0]
         nodes = [
@@ -332,9 +332,9 @@ def both_ways(m: Gridded) -> BothWays:
         away = [axis.apart(angle, x) for axis, angle, x in zip(m.layout, near.angles, nodes, strict=True)]
         pole = np.minimum(wi[:, 2], wo[:, 2]) > 1.0 - SAME_PAIR**2
         azimuth = np.array([bool(axis.period) for axis in m.layout])[:, None]
-        found = np.all((np.array(away) < SAME_PAIR) | azimuth & pole, axis=0)
+        has_partner = np.all((np.array(away) < SAME_PAIR) | azimuth & pole, axis=0)
     f, u = _measured(m)
-    once = found & (there < back) | found & ~np.isin(back, there)
+    once = has_partner & (there < back) | has_partner & ~np.isin(back, there)
     once &= there != back
     ways = there[once], back[once]
     return BothWays(*(f[way] for way in ways), *(None if u is None else u[way] for way in ways))

@@ -31,7 +31,7 @@ STEP_OF_DIRECTIONS, STEP_OF_PARAMETERS = 1e-6, 1e-5  # the latter relative
 TOLERANCE = 1e-3  # differences err by 1e-6 in lobes 1e-3 wide; a missing term is off by more
 
 
-class Slopes(NamedTuple):
+class _Slopes(NamedTuple):
     """Derivatives (N, C) and their differences' slopes to both sides; `size` is the unit of errors."""
 
     name: str
@@ -96,18 +96,18 @@ def _moves_alone(m: Reflectance, path: str, h: float) -> bool:
     return True
 
 
-def slopes(m: Reflectance) -> Iterator[Slopes]:
+def slopes(m: Reflectance) -> Iterator[_Slopes]:
     """By each parameter, and by each component of both directions. Raises TraceError where there is no jacobian."""
     m, steps = inner(m)
     wi, wo = directions(m)
     exact = m.jacobian(wi, wo, [*steps, "wi", "wo"])
     f = values(m, wi, wo)
 
-    def sides(name: str, slope: np.ndarray, low: np.ndarray, high: np.ndarray, h: float, unit: float) -> Slopes:
+    def sides(name: str, slope: np.ndarray, low: np.ndarray, high: np.ndarray, h: float, unit: float) -> _Slopes:
         slope = slope.reshape(f.shape)
         below, above = (f - low) / h, (high - f) / h
         size = np.abs(slope) + 0.5 * np.abs(below + above) + np.abs(f) / unit + 1e-30
-        return Slopes(name, slope, below, above, size)
+        return _Slopes(name, slope, below, above, size)
 
     for path, h in steps.items():
         value = m.parameters[path].value

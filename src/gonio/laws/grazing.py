@@ -30,7 +30,7 @@ OTHERS = np.radians([0.0, 30.0, 60.0, 80.0])
 AZIMUTHS = 0.3 + np.radians([0.0, 60.0, 120.0, 180.0, 270.0])
 
 
-class Way(NamedTuple):
+class _HorizonWays(NamedTuple):
     """Ways to the horizon: the azimuth of the direction that moves, the direction that stays, which is which, and the
     side of the surface that moves (1 or -1)."""
 
@@ -40,19 +40,19 @@ class Way(NamedTuple):
     side: float = 1.0
 
 
-def ways(m: Reflectance | None = None) -> list[Way]:
+def ways(m: Reflectance | None = None) -> list[_HorizonWays]:
     """All ways that are tried, light and viewer moving in turn; of a material that transmits on both sides."""
     theta, phi = (x.ravel() for x in np.meshgrid(OTHERS, AZIMUTHS, indexing="ij"))
     both = (1.0,) if m is None or m.sides == "front" else (1.0, -1.0)
     return [
-        Way(phi, direction(theta, 0.3) * np.array([1.0, 1.0, other]), light_moves, side)
+        _HorizonWays(phi, direction(theta, 0.3) * np.array([1.0, 1.0, other]), light_moves, side)
         for light_moves in (True, False)
         for side in both
         for other in both
     ]
 
 
-def _parts(m: Reflectance) -> Iterator[Way]:
+def _parts(m: Reflectance) -> Iterator[_HorizonWays]:
     """The same, as many together as have few values."""
     for way in ways(m):
         step = together(m, len(way.phi), len(COSINES))
@@ -61,7 +61,7 @@ def _parts(m: Reflectance) -> Iterator[Way]:
             yield way._replace(phi=way.phi[part], fixed=way.fixed[part])
 
 
-def along(m: Reflectance, way: Way, cosine: np.ndarray) -> np.ndarray:
+def along(m: Reflectance, way: _HorizonWays, cosine: np.ndarray) -> np.ndarray:
     """f cos(theta) (..., N, C) of the N directions that move, at cosines that broadcast with (..., N)."""
     cosine = np.broadcast_to(cosine, np.broadcast_shapes(np.shape(cosine), way.phi.shape))
     sine = np.sqrt((1.0 - cosine) * (1.0 + cosine))
@@ -80,12 +80,12 @@ def law(m: Reflectance) -> Findings:
     yield worst
 
 
-def _place(way: Way, n: int, cosine: float) -> dict[str, float]:
+def _place(way: _HorizonWays, n: int, cosine: float) -> dict[str, float]:
     moving = direction(np.arccos(way.side * cosine), way.phi[n])
     return degrees(moving, way.fixed[n]) if way.light_moves else degrees(way.fixed[n], moving)
 
 
-def _growth(m: Reflectance, way: Way) -> Law:
+def _growth(m: Reflectance, way: _HorizonWays) -> Law:
     whole = np.abs(along(m, way, COSINES[:, None]))
     near, last = np.abs(along(m, way, np.cos(FAR)[:, None]))
     infinite = np.isinf(whole).any(axis=(0, 2)) | np.isinf(last).any(axis=-1)
@@ -100,7 +100,7 @@ def _growth(m: Reflectance, way: Way) -> Law:
     return at_most("grazing", value, GROWTH, rule, _place(way, n, float(np.cos(FAR[1]))), why)
 
 
-def _jump(m: Reflectance, way: Way) -> Law:
+def _jump(m: Reflectance, way: _HorizonWays) -> Law:
     """Every step on the way is halved again and again, towards the larger change: of a smooth f none is left."""
     high, low = (np.repeat(c[:, None], len(way.phi), axis=1) for c in (COSINES[:-1], COSINES[1:]))
     whole = _finite(along(m, way, COSINES[:, None]) / COSINES[:, None, None])

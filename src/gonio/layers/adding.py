@@ -2,7 +2,7 @@
 
 Fields are Fourier series in the azimuth, sum_m u_m cos(m phi); each order goes its own way. Of an order, u is a vector
 over the nodes of `grid`: the roots of their etendues times radiance over n^2. In this basis the matrices of reciprocal
-layers are symmetric, and light is conserved where they keep the vector of uniform light, `Grid.root`.
+layers are symmetric, and light is conserved where they keep the vector of uniform light, `NodeGrid.root`.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ import numpy as np
 from ..base import kernels
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
-from .grid import Grid
+from .grid import NodeGrid
 from .interfaces import classes, poles, turns
 
 STEP = 1e-20
@@ -25,7 +25,7 @@ LEAST = 2.0**-4
 
 
 def reflected(
-    base: Reflectance, grid: Grid, n: complex, by: str | None = None
+    base: Reflectance, grid: NodeGrid, n: complex, by: str | None = None
 ) -> tuple[Callable[[range], np.ndarray], np.ndarray]:
     """Matrices (C, orders, nodes, nodes), of such orders, of f in a medium of index n; and the reflectances (C, nodes)
     of delta lobes.
@@ -45,16 +45,16 @@ def reflected(
     def matrices(orders: range) -> np.ndarray:
         if orders.start >= spent[0]:
             return np.zeros((1, len(orders), len(mu), len(mu)))
-        found = _series(base, mu, Pairs(i, o, k), orders, by)
-        size = np.abs(found).max(axis=(0, 2))
+        series = _series(base, mu, NodePairs(i, o, k), orders, by)
+        size = np.abs(series).max(axis=(0, 2))
         if orders.start == 0 and (size[len(size) // 2 :] < RINGS * size[0]).all():
             spent[0] = orders.stop
-        return found.reshape(-1, len(orders), len(mu), len(mu)) * (np.outer(root, root) / (n * n))
+        return series.reshape(-1, len(orders), len(mu), len(mu)) * (np.outer(root, root) / (n * n))
 
     return matrices, _mirror(base, mu, by)
 
 
-class Pairs(NamedTuple):
+class NodePairs(NamedTuple):
     """Pairs of nodes: the places of light and viewer, and the class of each (`interfaces.classes`)."""
 
     i: np.ndarray
@@ -62,7 +62,7 @@ class Pairs(NamedTuple):
     k: np.ndarray
 
 
-def _series(m: Reflectance, mu: np.ndarray, pairs: Pairs, orders: range, by: str | None) -> np.ndarray:
+def _series(m: Reflectance, mu: np.ndarray, pairs: NodePairs, orders: range, by: str | None) -> np.ndarray:
     """Integrals of f cos(m phi) over the circle, (C, orders, pairs)."""
     result: Any = None
     i, o, k = pairs
@@ -85,17 +85,17 @@ def _values(m: Reflectance, wi: np.ndarray, wo: np.ndarray, mu_i: np.ndarray, mu
     moved = bool(np.iscomplexobj(mu_i) and (mu_i.imag.any() or mu_o.imag.any()))
     if by is None and not moved:
         return m.f(wi, wo)
-    found = m.jacobian(wi, wo, [*([] if by is None else [by]), *(["wi", "wo"] if moved else [])])
-    change: Any = 0.0 if by is None else STEP * found.by[by]
+    jacobian = m.jacobian(wi, wo, [*([] if by is None else [by]), *(["wi", "wo"] if moved else [])])
+    change: Any = 0.0 if by is None else STEP * jacobian.by[by]
     if moved:
         for name, w, mu in (("wi", wi, mu_i), ("wo", wo, mu_o)):
             z, s2 = w[..., 2:], w[..., 0] ** 2 + w[..., 1] ** 2
             along = np.concatenate([-z * w[..., :2] / s2[..., None], np.ones_like(z)], axis=-1)  # dw/dmu
-            slopes = found.by[name]
+            slopes = jacobian.by[name]
             along = along[..., None, :] if slopes.ndim > w.ndim else along
             step = (slopes * along).sum(axis=-1)
             change = change + step * mu.imag.reshape(-1, *([1] * (step.ndim - 1)))
-    return found.f + 1j * change
+    return jacobian.f + 1j * change
 
 
 def _direction(mu: np.ndarray, phi: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ LOW = (12, 12)
 """Nodes of the pieces near the horizon, in which thin layers change as exp(-depth/mu)."""
 
 
-class Grid(NamedTuple):
+class NodeGrid(NamedTuple):
     """Nodes of s^2, increasing, and the etendue of each, over 2 pi; `panels`: where one ends, by the index there."""
 
     s2: np.ndarray
@@ -78,7 +78,7 @@ def pieces(count: int) -> list[slice]:
     return [slice(int(low), int(high)) for high, low in pairwise(ends)]
 
 
-def grid(indices: Sequence[complex], nodes: int) -> Grid:
+def grid(indices: Sequence[complex], nodes: int) -> NodeGrid:
     """The grid of a stack of media with these indices, the first in front, for lobes that a rule of so many `nodes`
     from the normal to the horizon resolves.
 
@@ -101,4 +101,4 @@ def grid(indices: Sequence[complex], nodes: int) -> Grid:
         etendue.append(n * n * mu * w)
         before, total = n, total + count
         panels.append((n, total))
-    return Grid(np.concatenate(s2), np.concatenate(etendue), tuple(panels))
+    return NodeGrid(np.concatenate(s2), np.concatenate(etendue), tuple(panels))

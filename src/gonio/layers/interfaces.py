@@ -11,13 +11,13 @@ from ..compile.threads import share
 from ..machine.caches import kept
 from .adding import Matrices, even
 from .facets import fresnel, masking, shares, spread
-from .grid import Grid
+from .grid import NodeGrid
 
 Pairs = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """A function of the places of two nodes, (pairs, 1), and of 1 - cos(phi), phi = 0 forward."""
 
 
-def smooth(grid: Grid, a: complex, b: complex) -> tuple[np.ndarray, np.ndarray]:
+def smooth(grid: NodeGrid, a: complex, b: complex) -> tuple[np.ndarray, np.ndarray]:
     """Reflectances of a smooth interface at the nodes, from the medium of index a and from that of index b below.
 
     What is not reflected goes through, at the same node.
@@ -27,7 +27,7 @@ def smooth(grid: Grid, a: complex, b: complex) -> tuple[np.ndarray, np.ndarray]:
     return tuple(np.concatenate([once, np.ones(grid.count(n) - common)]) for n in (a, b))  # type: ignore[return-value]  # of two: two
 
 
-def smooth_matrices(grid: Grid, a: complex, b: complex) -> Matrices:
+def smooth_matrices(grid: NodeGrid, a: complex, b: complex) -> Matrices:
     """The same as matrices, alike for all orders."""
     above, below = smooth(grid, a, b)
     through = np.zeros((len(below), len(above)), above.dtype)
@@ -37,7 +37,7 @@ def smooth_matrices(grid: Grid, a: complex, b: complex) -> Matrices:
 
 
 def rough(
-    grid: Grid, a: complex, b: complex, alpha: complex, kept: bool
+    grid: NodeGrid, a: complex, b: complex, alpha: complex, kept: bool
 ) -> Callable[[range], tuple[Matrices, Matrices]]:
     """What makes the matrices, of orders that are asked for from 0 on, of an interface of GGX facets with Smith's
     separable masking, Walter et al. 2007, and of what it scatters once.
@@ -115,7 +115,7 @@ def rough(
     return matrices
 
 
-def tilted(grid: Grid, a: complex, b: complex) -> np.ndarray:
+def tilted(grid: NodeGrid, a: complex, b: complex) -> np.ndarray:
     """The share (nodes of b, nodes of a) of light between two nodes' cells that facets could refract, not steeper than
     walls: f ends there at once, where n_i |wi.z| = n_o |wo.z|."""
     (low_a, high_a), (low_b, high_b) = (grid.cells(n) for n in (a, b))

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from .adding import Matrices, doubled
-from .grid import Grid
+from .grid import NodeGrid
 
 
 def slab(
-    grid: Grid, n: complex, medium: Sequence[complex], orders: range, terms: int
+    grid: NodeGrid, n: complex, medium: Sequence[complex], orders: range, terms: int
 ) -> tuple[Matrices, np.ndarray, Matrices]:
     """A slab of a medium, (depth, albedo, g): of this optical depth, of particles that scatter the share `albedo` by
     Henyey & Greenstein's function.

@@ -12,7 +12,7 @@ from ..compile.threads import share, threads
 from ..numerics.one_thread import one_thread
 from . import interfaces, media
 from .adding import Matrices, added, even, under_smooth
-from .grid import SAME, Grid, grid
+from .grid import SAME, NodeGrid, grid
 
 CHUNKS = (12, 32, 56, 80, 108, 136, 160, 184, 208, 232, 256)
 CHUNKS_OF_ROUGH = (12, 32, 80, 160, 256)
@@ -57,12 +57,12 @@ class Scatterers(NamedTuple):
 
 
 Part = Smooth | Rough | Scatterers
-Base = Callable[[Grid, complex], tuple[Callable[[range], np.ndarray], np.ndarray]]
+Base = Callable[[NodeGrid, complex], tuple[Callable[[range], np.ndarray], np.ndarray]]
 """Matrices (orders, nodes, nodes) of orders, and delta reflectances (nodes), of what lies below, in a medium of this
 index."""
 
 
-class Block(NamedTuple):
+class FourierBlock(NamedTuple):
     """Fourier coefficients (orders, nodes, nodes) of f/n_o^2, and the indices of the media of rows and of columns."""
 
     rows: complex
@@ -74,8 +74,8 @@ class Response(NamedTuple):
     """What a stack does, all but the closed forms: reflection; over nothing also that from behind, and transmission,
     by the direction in front and that behind. `media`: the number of the first medium that each panel ends with."""
 
-    grid: Grid
-    blocks: tuple[Block, ...]
+    grid: NodeGrid
+    blocks: tuple[FourierBlock, ...]
     media: tuple[int, ...]
 
     @property
@@ -112,11 +112,11 @@ def terms(medium: Scatterers, tolerance: float) -> int:
 
 def indices(parts: Sequence[Part]) -> list[complex]:
     """The indices of the media, from the first above the stack to that below it."""
-    found: list[complex] = [1.0 + 0.0j]
+    etas: list[complex] = [1.0 + 0.0j]
     for part in parts:
         if not isinstance(part, Scatterers):
-            found.append(found[-1] * part.eta)
-    return found
+            etas.append(etas[-1] * part.eta)
+    return etas
 
 
 def response(parts: Sequence[Part], base: Base | None, tolerance: float) -> Response:
@@ -132,7 +132,7 @@ def response(parts: Sequence[Part], base: Base | None, tolerance: float) -> Resp
     clear: list[Any] = [(..., *np.ix_(*(np.flatnonzero(grating.mu(n).real > LOWEST) for n in pair))) for pair in sides]
     roots = [np.outer(*(grating.root(n) for n in pair)) for pair in sides]
     sums: list[Any] = [0.0 for _ in sides]
-    found: list[list[np.ndarray]] = [[] for _ in sides]
+    by_side: list[list[np.ndarray]] = [[] for _ in sides]
     rough = any(isinstance(part, Rough) for part in parts)
     chunks = CHUNKS_OF_ROUGH if rough else CHUNKS
     with one_thread():
@@ -142,23 +142,23 @@ def response(parts: Sequence[Part], base: Base | None, tolerance: float) -> Resp
             over = np.pi * np.where(orders == 0, 2.0, 1.0)[:, None, None]
             needed: Any = np.zeros(stop - start, bool)
             for k, (rest, total) in enumerate(_shared(layers, below, grating, whole, range(start, stop), rough)):
-                found[k].append(rest / (over * roots[k]))
+                by_side[k].append(rest / (over * roots[k]))
                 total, root = (total / (over * roots[k])).real[clear[k]], roots[k].real[clear[k]]
                 sums[k] = sums[k] + np.tensordot(np.cos(AROUND[:, None] * orders), total, 1)
                 size = np.abs(sums[k])
                 least = np.maximum(size.min(axis=0), 1e-6 * size.max(axis=0))
                 least = np.maximum(0.1 * tolerance * least, NOTHING + ROUNDING / root)
-                needed |= (np.abs(found[k][-1][clear[k]]) > least).any(axis=(1, 2))
+                needed |= (np.abs(by_side[k][-1][clear[k]]) > least).any(axis=(1, 2))
             last = np.flatnonzero(needed)
             if not len(last) or last[-1] < 0.75 * (stop - start):
                 enough = last[-1] + 1 if len(last) else 1 if start == 0 else 0
-                for of_side in found:
+                for of_side in by_side:
                     of_side[-1] = of_side[-1][:enough]
                 break
     media = (
         next(k for k, n in enumerate(whole) if abs(n.real - end.real) <= SAME * end.real) for end, _ in grating.panels
     )
-    blocks = (Block(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True))
+    blocks = (FourierBlock(*pair, np.concatenate(x)) for pair, x in zip(sides, by_side, strict=True))
     return Response(grating, tuple(blocks), tuple(media))
 
 
@@ -168,29 +168,29 @@ def _real(numbers: Sequence[complex]) -> list[complex]:
 
 
 def _shared(
-    layers: Sequence[_Makes], below: _Below | None, grid: Grid, whole: Sequence[complex], orders: range, rough: bool
+    layers: Sequence[_Makes], below: _Below | None, grid: NodeGrid, whole: Sequence[complex], orders: range, rough: bool
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """The same as `_rest`, on all threads; `rough`: there are facets, which take them themselves."""
     base = None if below is None else (below[0](orders), below[1])
     step = len(orders) if rough else math.ceil(len(orders) / min(threads(), len(orders)))
     parts = [orders[k : k + step] for k in range(0, len(orders), step)]
-    found: list[Any] = [None] * len(parts)
+    by_part: list[Any] = [None] * len(parts)
 
     def work(number: int) -> None:
         part = slice(parts[number].start - orders.start, parts[number].stop - orders.start)
         of_part = None if base is None else (base[0][part], base[1])
         blocks = _rest(layers, of_part, grid, whole, parts[number])
-        found[number] = [[np.broadcast_to(x, (len(parts[number]), *x.shape[1:])) for x in block] for block in blocks]
+        by_part[number] = [[np.broadcast_to(x, (len(parts[number]), *x.shape[1:])) for x in block] for block in blocks]
 
     share(work, [(number,) for number in range(len(parts))])
-    pairs = (zip(*of_block, strict=True) for of_block in zip(*found, strict=True))
+    pairs = (zip(*of_block, strict=True) for of_block in zip(*by_part, strict=True))
     return [(np.concatenate(rests), np.concatenate(totals)) for rests, totals in pairs]
 
 
 def _rest(
     layers: Sequence[_Makes],
     base: tuple[np.ndarray, np.ndarray] | None,
-    grid: Grid,
+    grid: NodeGrid,
     whole: Sequence[complex],
     orders: range,
 ) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -226,7 +226,7 @@ def _blocks(whole: Matrices, closed: bool) -> list[np.ndarray]:
     return [even(whole.above)] if closed else [even(whole.above), even(whole.below), through]
 
 
-class _Layer(NamedTuple):
+class _LayerMatrices(NamedTuple):
     """What a layer does in all; its delta lobes; what goes straight on at each node; what is scattered once; whether it
     is a smooth interface."""
 
@@ -237,49 +237,49 @@ class _Layer(NamedTuple):
     smooth: bool = False
 
 
-_Makes = Callable[[range], _Layer]
+_Makes = Callable[[range], _LayerMatrices]
 _Below = tuple[Callable[[range], np.ndarray], np.ndarray]
 
 
-def _layers(parts: Sequence[Part], grid: Grid, whole: Sequence[complex], tolerance: float) -> list[_Makes]:
+def _layers(parts: Sequence[Part], grid: NodeGrid, whole: Sequence[complex], tolerance: float) -> list[_Makes]:
     """What makes each layer, of some orders, from the top down."""
-    n, found = iter(whole), list[_Makes]()
+    n, makers = iter(whole), list[_Makes]()
     at = next(n)
     for part in parts:
         upper, at = at, at if isinstance(part, Scatterers) else next(n)
         makes = {Scatterers: _medium, Smooth: _smooth, Rough: _rough}[type(part)]
-        found.append(makes(part, grid, upper, at, tolerance))
-    return found
+        makers.append(makes(part, grid, upper, at, tolerance))
+    return makers
 
 
-def _medium(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
+def _medium(part: Any, grid: NodeGrid, upper: complex, at: complex, tolerance: float) -> _Makes:
     medium = _real(part)
     none = nothing(grid.count(at), through=0.0)
 
-    def makes(orders: range) -> _Layer:
+    def makes(orders: range) -> _LayerMatrices:
         whole, through, once = media.slab(grid, at, medium, orders, terms(part, tolerance))
         straight = np.diag(through)[None]
-        return _Layer(whole, Matrices(none.above, straight, straight, none.below), through, once)
+        return _LayerMatrices(whole, Matrices(none.above, straight, straight, none.below), through, once)
 
     return makes
 
 
-def _smooth(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
+def _smooth(part: Any, grid: NodeGrid, upper: complex, at: complex, tolerance: float) -> _Makes:
     a, b = grid.count(upper), grid.count(at)
     whole = interfaces.smooth_matrices(grid, upper, at)
     straight = 1.0 - interfaces.smooth(grid, upper, at)[0][: min(a, b)]
-    layer = _Layer(whole, whole, straight, nothing(a, b, through=0.0), smooth=True)
+    layer = _LayerMatrices(whole, whole, straight, nothing(a, b, through=0.0), smooth=True)
     return lambda orders: layer
 
 
-def _rough(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
+def _rough(part: Any, grid: NodeGrid, upper: complex, at: complex, tolerance: float) -> _Makes:
     a, b = grid.count(upper), grid.count(at)
     makes = interfaces.rough(grid, upper, at, part.alpha if part.alpha.imag else part.alpha.real, part.kept)
     none = nothing(a, b, through=0.0)
 
-    def layer(orders: range) -> _Layer:
+    def layer(orders: range) -> _LayerMatrices:
         whole, once = makes(orders)
-        return _Layer(whole, none, np.zeros(min(a, b)), once)
+        return _LayerMatrices(whole, none, np.zeros(min(a, b)), once)
 
     return layer
 
@@ -295,7 +295,7 @@ def nothing(above: int, below: int | None = None, through: float = 1.0) -> Matri
     )
 
 
-def _once(layer: _Layer, under: Matrices, straight: np.ndarray) -> Matrices:
+def _once(layer: _LayerMatrices, under: Matrices, straight: np.ndarray) -> Matrices:
     """What is scattered once, in a layer or in those under it, and passes the others straight; `straight`: what passes
     those under it."""
     a, b = layer.once.above.shape[-1], under.below.shape[-1]

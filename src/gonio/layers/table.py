@@ -15,8 +15,8 @@ import numpy as np
 from ..arrays import ops
 from ..formula.direction import Direction
 from ..machine.caches import kept
-from .grid import CUTS, Grid, pieces, rule
-from .response import Block, Response
+from .grid import CUTS, NodeGrid, pieces, rule
+from .response import FourierBlock, Response
 
 CELLS = 48
 """Cells along a polar angle, at tolerances of 1e-3 and above: 4e-6 of energy."""
@@ -31,7 +31,7 @@ def shape_for(responses: list[Response], tolerance: float) -> tuple[int, int]:
     return math.ceil(CELLS * 1.8**finer), 2 * max(r.orders for r in responses) + 6
 
 
-def tabulated(grid: Grid, block: Block, reach: tuple[int, int], cells: int, turns: int) -> np.ndarray:
+def tabulated(grid: NodeGrid, block: FourierBlock, reach: tuple[int, int], cells: int, turns: int) -> np.ndarray:
     """The coefficients of the splines of (mu_i + mu_o) f/n_o^2, (panels, panels, cells + 3, cells + 3, turns + 3).
 
     `reach`: the number of panels of rows and of columns; where light has fewer the table is 0. Polar angles count by
@@ -53,11 +53,11 @@ def tabulated(grid: Grid, block: Block, reach: tuple[int, int], cells: int, turn
             n = grid.panels[max(p, q)][0]
             mu_p, mu_q = (np.sqrt(1.0 - grid.s2[at] / (n * n)) for at in (at_p, at_q))
             part = c[:, at_p, at_q] * (mu_p[:, None] + mu_q)
-            found = np.empty((len(c), cells + 3, cells + 3), dtype)
+            coefficients = np.empty((len(c), cells + 3, cells + 3), dtype)
             before, after = (to_splines(len(mu), not k, cells) for mu, k in ((mu_p, p), (mu_q, q)))
             for kind, of in enumerate(kinds):
-                found[of] = before[kind] @ part[of] @ after[kind].T
-            result[p, q] = np.tensordot(found, series, ((0,), (0,)))
+                coefficients[of] = before[kind] @ part[of] @ after[kind].T
+            result[p, q] = np.tensordot(coefficients, series, ((0,), (0,)))
     return result
 
 
@@ -102,7 +102,7 @@ def _splines(values: np.ndarray, parity: float) -> np.ndarray:
     return np.concatenate([inner[1:2], inner, parity * inner[-2:-1]])
 
 
-def albedos(grid: Grid, block: Block, w_z: np.ndarray, by_rows: bool) -> np.ndarray:
+def albedos(grid: NodeGrid, block: FourierBlock, w_z: np.ndarray, by_rows: bool) -> np.ndarray:
     """What a block sends, in all, of light from directions of these cosines in the medium of its rows, or columns."""
     c, n, other = block.coefficients[0], block.rows.real, block.columns.real
     if not by_rows:

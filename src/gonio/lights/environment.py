@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..pictures.image import Image
 
 
-class _Picture(Field):
+class _PictureField(Field):
     opens_files = True
     is_table = True
     accepts = "Array | Image | str | PathLike[str]"
@@ -63,7 +63,7 @@ class EnvironmentLight(Light):
     [1.]
     """
 
-    image: Any = _Picture(None, "equirectangular picture: an array, an Image or a path")
+    image: Any = _PictureField(None, "equirectangular picture: an array, an Image or a path")
     scale = param(1.0, 0.0, 1e30, "factor on the pixels", unit="W m-2 sr-1")
     invalid = option("error", "zero", doc="negative, NaN and infinite pixels: an error, or 0")
 

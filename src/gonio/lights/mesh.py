@@ -25,7 +25,7 @@ EDGE = 1e-6
 """By how much triangles reach over their edges, so that no direction passes between two of them."""
 
 
-class Facets(Triangles):
+class _LightTriangles(Triangles):
     """The triangles of a light, which are compared by their numbers."""
 
     @cached_property
@@ -35,13 +35,13 @@ class Facets(Triangles):
         return bool(before.max() <= 1e-6 * np.ptp(self.vertices, axis=0).max())
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Facets) and np.array_equal(self.corners, other.corners)
+        return isinstance(other, _LightTriangles) and np.array_equal(self.corners, other.corners)
 
     def __hash__(self) -> int:
         return hash(self.corners.shape)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Facets, (self.vertices, self.faces)
+        return _LightTriangles, (self.vertices, self.faces)
 
     def __repr__(self) -> str:
         return f"<{len(self.vertices)} vertices, {len(self.faces)} triangles>"
@@ -51,10 +51,10 @@ class _Shape(Field):
     is_table = True
     accepts = "tuple[Array, Array] | Mesh"
 
-    def check(self, owner: str, value: Any) -> Facets:
+    def check(self, owner: str, value: Any) -> _LightTriangles:
         if value is None:
             return _TETRAHEDRON
-        if isinstance(value, Facets):
+        if isinstance(value, _LightTriangles):
             return value
         try:
             triangles = getattr(value, "triangles", None)
@@ -62,17 +62,17 @@ class _Shape(Field):
         except (TypeError, ValueError):
             rule = "expected vertices (V, 3) and faces (F, 3), in a pair, or a gn.scenes.Mesh, which reads files"
             raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule}") from None
-        facets = Facets(vertices, faces)
+        facets = _LightTriangles(vertices, faces)
         if len(facets.faces) > MOST:
             rule = f"expected up to {MOST} triangles, each of which is looked at for every direction; simplify the mesh"
             raise ParameterError(f"{owner}: a mesh of {len(facets.faces)}; {rule}")
         return facets
 
-    def traced(self, value: Facets) -> Any:
+    def traced(self, value: _LightTriangles) -> Any:
         return len(value.faces), value.is_convex
 
 
-_TETRAHEDRON = Facets(
+_TETRAHEDRON = _LightTriangles(
     [[0.0, 0.0, 0.7], [1.0, 0.0, 1.7], [-0.5, 0.8, 1.7], [-0.5, -0.8, 1.7]],
     [[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]],
 )
@@ -126,7 +126,7 @@ class MeshLight(Light):
         }
 
     def _moved(self, by: Sequence[float]) -> MeshLight:
-        return self.replace(shape=Facets(self.shape.vertices + np.asarray(by), self.shape.faces))
+        return self.replace(shape=_LightTriangles(self.shape.vertices + np.asarray(by), self.shape.faces))
 
     def to_json(self) -> dict[str, Any]:
         t = self.shape

@@ -93,7 +93,7 @@ class DisneyPrincipled(_Disney):
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         values = {name: self.__dict__[name] for name in self.fields}
-        return [(1.0, tree.unchecked(lobe, **values)) for lobe in (_Matte, _Mirrors, _Coat)]
+        return [(1.0, tree.unchecked(lobe, **values)) for lobe in (_Matte, _DisneyFacets, _Clearcoat)]
 
 
 class _Matte(_Disney):
@@ -114,7 +114,7 @@ class _Matte(_Disney):
         return (1.0 - self.metallic) * (self.base_color + 0.3 * self.sheen)
 
 
-class _Mirrors(_Disney, Facets):
+class _DisneyFacets(_Disney, Facets):
     """GGX facets; the masking has the factor 1/(4 cos cos) in it."""
 
     polarized, polarizes = Reflectance.polarized, False  # its Fresnel term has no amplitudes
@@ -147,7 +147,7 @@ class _Mirrors(_Disney, Facets):
         return self.F0() + (1.0 - self.F0()) * _fifth(1.0 - wo.z)
 
 
-class _Coat(_Disney):
+class _Clearcoat(_Disney):
     """The clearcoat, of index 1.5: GTR1 facets, drawn with density D cos(theta_m), of two opposite ones as seen."""
 
     def gloss(self) -> Any:

@@ -20,7 +20,7 @@ _TERMS = 40  # of the sum over m
 _ROUGH = (14.0, 18.0)  # of g, where the sum is replaced by its expansion
 
 
-class _Gaussian(Reflectance):
+class _GaussianHeights(Reflectance):
     """A surface of Gaussian heights and Gaussian autocorrelation."""
 
     sigma_0 = param(280.0, 0.0, 1e4, "RMS height of the surface", unit="nm", sampled="max")
@@ -47,7 +47,7 @@ class _Gaussian(Reflectance):
         return phase * phase / (1.0 + lambert_w(K * K))
 
 
-class HeTorrance(_Gaussian):
+class HeTorrance(_GaussianHeights):
     """Light that a rough surface diffracts to all sides, by the Kirchhoff theory: the directional diffuse part.
 
     f = F G S D / (pi cos(theta_i) cos(theta_o)),  v = wi + wo,  G = (|v|^2/v_z)^2,  S = S_1(wi) S_1(wo) (Smith),
@@ -100,7 +100,7 @@ class HeTorrance(_Gaussian):
         return self.fresnel.F(wo.z) * (1.0 - ops.exp(-self._g(wo, wo)))
 
 
-class HeTorranceSpecular(_Gaussian):
+class HeTorranceSpecular(_GaussianHeights):
     """Light that a rough surface still mirrors: reflectance F exp(-g) S at the mirror direction, as in `HeTorrance`.
 
     Looks    `HeTorranceSpecular(50)` is a mirror of metal, dim in the middle and clear at the rim;

@@ -75,19 +75,19 @@ class KullaContyDielectric(BetweenMedia):
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         yield from facets(tree.unchecked(GGX, alpha_x=self.alpha, alpha_y=self.alpha), self.eta)
-        for kind in (_Returned, _PassedOn):
-            yield 1.0, self._as(kind)
+        for lobe_class in (_Returned, _PassedOn):
+            yield 1.0, self._as(lobe_class)
 
-    def _as(self, kind: type[_Further]) -> Reflectance:
+    def _as(self, lobe_class: type[_FurtherScattering]) -> Reflectance:
         """A lobe with the same numbers and tables."""
         names = ("alpha", "eta", "loss", "losses")
         values = {name: self.__dict__[name] for name in names if name in self.__dict__}
-        return kind._made_of(
+        return lobe_class._made_of(
             values, {"_tied": {}, "_derived": {}, "_alike": {}, "_kept": tables(), "_is_bound": self._is_bound}
         )
 
 
-class _Further(KullaContyDielectric):
+class _FurtherScattering(KullaContyDielectric):
     """Light that facets scatter more than once."""
 
     loss: Any
@@ -122,7 +122,7 @@ class _Further(KullaContyDielectric):
         return lost(self.loss, at, self.above, wo.z, self.alpha)
 
 
-class _Returned(_Further):
+class _Returned(_FurtherScattering):
     """What comes back."""
 
     sides = "front"
@@ -140,7 +140,7 @@ class _Returned(_Further):
         return self.seen(at, wo) * self.shared(at)[1]
 
 
-class _PassedOn(_Further):
+class _PassedOn(_FurtherScattering):
     """What goes through."""
 
     sides = "across"

@@ -109,11 +109,11 @@ class OpenPBRGlossyDiffuse(CompensatedMirrors):
         amplitude = (self.specular_ior - 1.0) / (self.specular_ior + 1.0)
         return tree.unchecked(Schlick, F0=self.specular_weight * amplitude * amplitude)
 
-    def other(self) -> type[_Below]:
-        return _Below
+    def other(self) -> type[_DiffuseBelow]:
+        return _DiffuseBelow
 
 
-class _Below(OpenPBRGlossyDiffuse):
+class _DiffuseBelow(OpenPBRGlossyDiffuse):
     """The diffuse lobe, drawn from the cosine hemisphere."""
 
     lobes, polarized, polarizes = Reflectance.lobes, Reflectance.polarized, False

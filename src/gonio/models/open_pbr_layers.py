@@ -28,7 +28,7 @@ class _Layer(Wrapper):
     base: Any
 
     @abstractmethod
-    def below(self) -> type[_Below]:
+    def below(self) -> type[_BelowLayer]:
         """Class of the lobes of the base."""
 
     @abstractmethod
@@ -58,7 +58,7 @@ class _Layer(Wrapper):
             yield weight, tree.unchecked(self.below(), **(values | {"base": lobe}))
 
 
-class _Below(WrappedLobe, _Layer):
+class _BelowLayer(WrappedLobe, _Layer):
     """A lobe of the base as it is seen through the layer."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -167,7 +167,7 @@ class OpenPBRCoat(_Layer):
         return (bare + self.coat_weight * least) * (bare + self.coat_weight * left)
 
 
-class _BelowCoat(_Below, OpenPBRCoat):
+class _BelowCoat(_BelowLayer, OpenPBRCoat):
     """A lobe under the coat."""
 
 
@@ -224,7 +224,7 @@ class OpenPBRFuzz(_Layer):
         return 1.0 - self.fuzz_weight * most
 
 
-class _BelowFuzz(_Below, OpenPBRFuzz):
+class _BelowFuzz(_BelowLayer, OpenPBRFuzz):
     """A lobe under the fuzz."""
 
 

@@ -57,8 +57,14 @@ class ThinDielectric(Reflectance):
         raise self._lacks("formula")
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, tree.unchecked(IdealSpecular, reflectance=tree.unchecked(_Reflected, eta=self.eta, depth=self.depth))
-        yield 1.0, tree.unchecked(_Straight, passed=tree.unchecked(_Passed, eta=self.eta, depth=self.depth))
+        yield (
+            1.0,
+            tree.unchecked(IdealSpecular, reflectance=tree.unchecked(_PaneReflectance, eta=self.eta, depth=self.depth)),
+        )
+        yield (
+            1.0,
+            tree.unchecked(_StraightLight, passed=tree.unchecked(_PaneTransmittance, eta=self.eta, depth=self.depth)),
+        )
 
 
 class _Pane(Fresnel):
@@ -102,7 +108,7 @@ class _Pane(Fresnel):
         return True
 
 
-class _Reflected(_Pane):
+class _PaneReflectance(_Pane):
     """R of the pane."""
 
     def shares(self, cos_theta: Any) -> tuple[Any, ...]:
@@ -110,7 +116,7 @@ class _Reflected(_Pane):
         return tuple(f + t * f * a * a for f, t in zip(F, passed, strict=True))
 
 
-class _Passed(_Pane):
+class _PaneTransmittance(_Pane):
     """T of the pane."""
 
     def shares(self, cos_theta: Any) -> tuple[Any, ...]:
@@ -118,7 +124,7 @@ class _Passed(_Pane):
         return tuple(t * a for t in passed)
 
 
-class _Straight(Reflectance):
+class _StraightLight(Reflectance):
     """The light that goes on straight."""
 
     sides = "across"
@@ -132,9 +138,9 @@ class _Straight(Reflectance):
         return self.passed.F(wo.z)
 
     def polarized_mirror(self, wo: Direction) -> Mueller:
-        found = self.passed.polarized(wo.z)
-        assert found is not None
-        return found
+        mueller = self.passed.polarized(wo.z)
+        assert mueller is not None
+        return mueller
 
     @property
     def polarizes(self) -> bool:

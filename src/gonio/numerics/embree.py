@@ -31,10 +31,10 @@ def _library() -> Any:
         raise DependencyError("rays on triangles need the package embreex: pip install embreex")
     package = Path(spec.origin).parent
     folders = (package.parent / "embreex.libs", package / ".dylibs", package)
-    found = [path for folder in folders for path in sorted(folder.glob("*embree4*")) if path.suffix != ".pyd"]
-    if not found:
+    paths = [path for folder in folders for path in sorted(folder.glob("*embree4*")) if path.suffix != ".pyd"]
+    if not paths:
         raise DependencyError(f"no library named embree4 beside {package}; reinstall embreex: pip install embreex")
-    library = ctypes.CDLL(str(found[0]))
+    library = ctypes.CDLL(str(paths[0]))
     for name, result, arguments in (
         ("rtcNewDevice", c_void_p, (ctypes.c_char_p,)),
         ("rtcGetDeviceProperty", ctypes.c_ssize_t, (c_void_p, c_int)),
@@ -66,7 +66,7 @@ def _device() -> int:
     return device
 
 
-class Triangles:
+class EmbreeTriangles:
     """Triangles that rays may be shot at: vertices (V, 3), and three numbers of vertices of each triangle (N, 3).
 
     `robust`: no ray passes between two triangles that share an edge, at some cost in speed.
@@ -93,11 +93,11 @@ class Triangles:
         at_end(self, library.rtcReleaseScene, scene)
         library.rtcSetSceneFlags(scene, _ROBUST if robust else 0)
         geometry = library.rtcNewGeometry(device, _TRIANGLES)
-        for kind, form, array, count in (
+        for buffer, form, array, count in (
             (_VERTEX, _FLOAT3, self._vertices, len(vertices)),
             (_INDEX, _UINT3, self._triangles, len(triangles)),
         ):
-            library.rtcSetSharedGeometryBuffer(geometry, kind, 0, form, array.ctypes.data, 0, 12, count)
+            library.rtcSetSharedGeometryBuffer(geometry, buffer, 0, form, array.ctypes.data, 0, 12, count)
         library.rtcCommitGeometry(geometry)
         library.rtcAttachGeometry(scene, geometry)
         library.rtcReleaseGeometry(geometry)

@@ -73,7 +73,7 @@ class Integrals(NamedTuple):
     missing: np.ndarray
 
 
-class Sums(NamedTuple):
+class CellSums(NamedTuple):
     """Sums over cells (k, SUMS, C), the error of the integrand itself (k,), and the share without data (k,)."""
 
     totals: np.ndarray
@@ -81,7 +81,7 @@ class Sums(NamedTuple):
     missing: np.ndarray | float
 
 
-Evaluate = Callable[[np.ndarray, np.ndarray], Sums]
+Evaluate = Callable[[np.ndarray, np.ndarray], CellSums]
 """Sums over cells (k, 6), of the integrals with these numbers (k,)."""
 
 
@@ -274,7 +274,7 @@ def _halved(row: np.ndarray, cell: np.ndarray, along: np.ndarray) -> tuple[np.nd
     return np.concatenate(rows), np.concatenate(cells), np.concatenate(families)
 
 
-def of_squares(sums: Sums, first: int) -> Integrals:
+def of_squares(sums: CellSums, first: int) -> Integrals:
     """The integrals that sums over a rule for the whole square are, with the same estimate of their errors.
 
     `first`: how many of the sums after the integral are coefficients along the first axis.

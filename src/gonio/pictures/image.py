@@ -25,7 +25,7 @@ from ..errors import FormatError, MeaningWarning, ParameterError, ShapeError, To
 from ..files import replacing, target
 from ..machine.aside import apart
 from .colour import SRGB_XY, srgb_decode, srgb_encode
-from .files._source import Limits, Picture, Source, Unsettled, opened
+from .files._source import Limits, Picture, PictureFile, Unsettled, opened
 
 PIXELS = 2**29
 """The most pixels that a picture may announce: 32768 x 16384."""
@@ -37,7 +37,7 @@ SUFFIXES = tuple(suffix for module in _FORMATS for suffix in module.SUFFIXES)
 """Suffixes of the files that `load_image` reads."""
 
 
-STARTS = {start: kind for module in _FORMATS for start, kind in module.STARTS.items()}
+STARTS = {start: name for module in _FORMATS for start, name in module.STARTS.items()}
 """The first bytes of these files, and the name of what they are."""
 
 
@@ -230,55 +230,55 @@ def read_gray(path: str | os.PathLike[str], max_pixels: int) -> NDArray[np.float
 
     Raises as `load_image`; FormatError for colours.
     """
-    found: NDArray[np.float64] = apart(_read, path, Limits(max_pixels), _GRAY_READERS)
-    return found
+    codes: NDArray[np.float64] = apart(_read, path, Limits(max_pixels), _GRAY_READERS)
+    return codes
 
 
-def _image(module: Any, source: Source) -> tuple[Image, list[str]]:
+def _image(module: Any, source: PictureFile) -> tuple[Image, list[str]]:
     """The picture in a file, by the module of its format, and what a caller should hear of it."""
-    found: Picture = module.read(source)
-    image = Image(found.pixels, found.alpha, found.names, premultiplied=found.premultiplied)
-    notes = list(found.notes)
-    if found.primaries is not None and not np.allclose(found.primaries, SRGB_XY, atol=0.002):
-        mismatch = f"primaries are {tuple(np.round(found.primaries, 4).tolist())}, not sRGB's {SRGB_XY}"
+    picture: Picture = module.read(source)
+    image = Image(picture.pixels, picture.alpha, picture.names, premultiplied=picture.premultiplied)
+    notes = list(picture.notes)
+    if picture.primaries is not None and not np.allclose(picture.primaries, SRGB_XY, atol=0.002):
+        mismatch = f"primaries are {tuple(np.round(picture.primaries, 4).tolist())}, not sRGB's {SRGB_XY}"
         notes.append(f"{mismatch}; nothing is converted")
-    if source.limits.linear is False and not found.coded:
+    if source.limits.linear is False and not picture.coded:
         image = Image(srgb_decode(image.colour), image.alpha, image.channels)
     return image, notes
 
 
-_READERS = {start: (kind, partial(_image, module)) for module in _FORMATS for start, kind in module.STARTS.items()}
-_GRAY_READERS = {start: (kind, m.gray) for m in _FORMATS for start, kind in getattr(m, "GRAY", {}).items()}
+_READERS = {start: (name, partial(_image, module)) for module in _FORMATS for start, name in module.STARTS.items()}
+_GRAY_READERS = {start: (name, m.gray) for m in _FORMATS for start, name in getattr(m, "GRAY", {}).items()}
 
 
 def _read(
-    path: str | os.PathLike[str], limits: Limits, readers: dict[bytes, tuple[str, Callable[[Source], Any]]]
+    path: str | os.PathLike[str], limits: Limits, readers: dict[bytes, tuple[str, Callable[[PictureFile], Any]]]
 ) -> Any:
     """What the reader for the first bytes of a file makes of it."""
     with opened(path) as file:
         size = os.fstat(file.fileno()).st_size
         head = file.read(10)
-        kind, reader = next((found for start, found in readers.items() if head.startswith(start)), ("", None))
+        format_name, reader = next((entry for start, entry in readers.items() if head.startswith(start)), ("", None))
         if reader is None:
-            expected = ", ".join(f"{start!r} ({kind})" for start, (kind, _) in readers.items())
+            expected = ", ".join(f"{start!r} ({format_name})" for start, (format_name, _) in readers.items())
             raise FormatError(
                 f"{path}: not a picture gonio reads: starts with {head!r}, expected {expected}; save it as one of these"
             )
         try:
             with np.errstate(all="ignore"):
-                return reader(Source(file, os.fspath(path), size, limits))
+                return reader(PictureFile(file, os.fspath(path), size, limits))
         except errors.DependencyError:
             raise
         except Unsettled as error:
-            raise FormatError(f"{path}: {kind} picture: {error}") from None
+            raise FormatError(f"{path}: {format_name} picture: {error}") from None
         except MemoryError as error:
             reason = str(error) if isinstance(error, TooLargeError) else "there is not enough memory to decode it"
             advice = "make it smaller, or use a machine with more memory"
-            raise TooLargeError(f"{path}: {kind} picture: {reason}; {advice}") from None
+            raise TooLargeError(f"{path}: {format_name} picture: {reason}; {advice}") from None
         except Exception as error:  # damage makes pillow and OpenEXR raise nearly every type there is
             reason = str(error) if isinstance(error, errors.Error) else repr(error)
             advice = "copy or export it again"
-            raise FormatError(f"{path}: damaged or unsupported {kind} picture: {reason}; {advice}") from error
+            raise FormatError(f"{path}: damaged or unsupported {format_name} picture: {reason}; {advice}") from error
 
 
 def _float32(values: ArrayLike, name: str) -> NDArray[np.float32]:

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..declared.arguments import ABOVE_ZERO, Declared
-from ..declared.arrays import Array, Points
+from ..declared.arrays import Array, VectorArrays
 
 _ONE = 1.0 + 1e-6  # dot products of unit vectors exceed 1 by rounding; this is enough for float32
 _SIGN = "check the sign, the unit and the order of the arguments"
@@ -22,9 +22,9 @@ _Divisor = Annotated[Any, Declared("leave grazing directions out", ABOVE_ZERO, _
 _EitherSide = Annotated[Any, Declared(_NOT_AN_ANGLE, -_ONE, _ONE)]
 _Polar = Annotated[Any, Declared(_RADIANS, 0.0, np.pi, "rad")]
 _Azimuth = Annotated[Any, Declared(_RADIANS, 0.0, 2.0 * np.pi, "rad")]
-_VECTOR = Points()
+_VECTOR = VectorArrays()
 _Vector = Annotated[Any, _VECTOR]
-_Polygon = Annotated[Any, Points("(..., V, 3), V >= 3", axes=2)]
+_Polygon = Annotated[Any, VectorArrays("(..., V, 3), V >= 3", axes=2)]
 _Converted = Annotated[
     str, Declared("a quantity of reflectance", words=("brdf", "reflectance_factor", "brdf_cos_theta_i", "dsf"))
 ]

@@ -19,7 +19,7 @@ class _Hits(NamedTuple):
     v: np.ndarray
 
 
-class Tree:
+class BoxTree:
     """Triangles (F, 3) of vertices (V, 3) in a complete binary tree along a Morton curve.
 
     Node 1 is the root, 2 i and 2 i + 1 are the children of i. A ray that meets a box goes on to the first child, else,

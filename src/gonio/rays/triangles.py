@@ -101,9 +101,9 @@ class Triangles:
 
             return Embree(vertices, faces)
         except ImportError:
-            from .tree import Tree
+            from .tree import BoxTree
 
-            return Tree(vertices, faces)
+            return BoxTree(vertices, faces)
 
     def shoot(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
         """What rays from (N, 3) in directions (N, 3) meet first, on either side; distances in their lengths."""
@@ -165,7 +165,7 @@ def _numbers(name: str, value: Any) -> np.ndarray:
 
 def _checked(vertices: Any, faces: Any) -> tuple[np.ndarray, np.ndarray]:
     vertices, faces = (_numbers(name, value) for name, value in (("vertices", vertices), ("faces", faces)))
-    vertices = np.array(vertices, np.float64, order="C")  # its own: what is made of it is kept
+    vertices = np.array(vertices, np.float64, order="C")  # its own: results made of it are kept
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise ShapeError(f"vertices are {vertices.shape}, expected (V, 3): a row x, y, z for each")
     if faces.ndim != 2 or faces.shape[1] not in (3, 4):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..errors import TooLargeError
-from .tree import LEAF, Tree
+from .tree import LEAF, BoxTree
 
 NODE, SLOT = 8, 10
 """Numbers of a node (its box, the node after it, and its leaf or -1) and of a triangle in a leaf (a corner, two edges,
@@ -19,7 +19,7 @@ MOST = 1 << 24
 """Nodes and triangles at most: whole numbers that single precision holds."""
 
 
-def tables(tree: Tree) -> tuple[np.ndarray, np.ndarray]:
+def tables(tree: BoxTree) -> tuple[np.ndarray, np.ndarray]:
     """The nodes and the triangles in the leaves of a tree, flat, float32."""
     if 2 * tree.leaves > MOST or len(tree.start) > MOST:
         rule = f"expected at most {MOST // 4} without Embree; pip install 'gonio[mesh]'"
@@ -62,8 +62,8 @@ def nearest(nodes: Any, slots: Any, o: Sequence[Any], d: Sequence[Any], far: Any
 
     none = 0.0 * (o[0] + d[0])
     _, t, a, b, number = ops.loop(step, ops.to_index(none + 1.0), far + none, none, none, none - 1.0)
-    found = number >= 0.0
-    return ops.where(found, t, float("inf")), a, b, ops.to_index(ops.maximum(number, 0.0))
+    is_hit = number >= 0.0
+    return ops.where(is_hit, t, float("inf")), a, b, ops.to_index(ops.maximum(number, 0.0))
 
 
 def _triangle(slot: Sequence[Any], o: Sequence[Any], d: Sequence[Any]) -> tuple[Any, ...]:

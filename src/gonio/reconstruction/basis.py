@@ -61,7 +61,7 @@ TOGETHER = 50_000
 """Pairs of directions that are interpolated at a time."""
 
 
-class Rows(NamedTuple):
+class BasisRows(NamedTuple):
     """A basis at n pairs of directions.
 
     mean      (n,) of ln(f + offset)
@@ -133,7 +133,7 @@ class ReflectanceBasis:
         shares = np.where(above(wi, wo), solid * wi[..., 2] * wo[..., 2], 0.0)
         return np.asarray(shares / shares.sum())
 
-    def at(self, wi: np.ndarray, wo: np.ndarray) -> Rows:
+    def at(self, wi: np.ndarray, wo: np.ndarray) -> BasisRows:
         """The basis at pairs of directions (n, 3), linear between the nodes.
 
         Example
@@ -142,8 +142,8 @@ class ReflectanceBasis:
         >>> print(np.exp(rows.mean).round(3), (np.prod([0.1, 0.2, 0.4, 0.8]) ** 0.25 / np.pi).round(3))
         [0.09] 0.09
         """
-        parts = [Rows(*self._at(wi[k : k + TOGETHER], wo[k : k + TOGETHER])) for k in range(0, len(wi), TOGETHER)]
-        return Rows(*(np.concatenate(x) for x in zip(*parts, strict=True)))
+        parts = [BasisRows(*self._at(wi[k : k + TOGETHER], wo[k : k + TOGETHER])) for k in range(0, len(wi), TOGETHER)]
+        return BasisRows(*(np.concatenate(x) for x in zip(*parts, strict=True)))
 
     def _at(self, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, ...]:
         every = half_difference(*(Direction(*w.T) for w in (wi, wo)))
@@ -243,14 +243,14 @@ def _logarithms(name: str, m: Reflectance, wi: np.ndarray, wo: np.ndarray, up: n
         what = "transmits light" if m.sides != "front" else "fluoresces" if m.fluoresces else "is anisotropic"
         raise ParameterError(f"materials: {name} {what}; expected isotropic surfaces that reflect alone")
     tabular_shape(m)
-    turned = np.array([1.0, -1.0, 1.0])
+    flip = np.array([1.0, -1.0, 1.0])
     images = [(wi, wo)]
     if isinstance(m, Measured):  # each pair holds f of four
-        images = [(wi, wo), (wi * turned, wo * turned), (wo, wi), (wo * turned, wi * turned)]
+        images = [(wi, wo), (wi * flip, wo * flip), (wo, wi), (wo * flip, wi * flip)]
     seen = [np.asarray(ops.numbers(f_at(m, a, b, least=0.999 * GRAZING)), float) for a, b in images]
     f = np.reshape(seen, (len(seen), *up.shape, -1))
-    known = np.isfinite(f)
-    f = np.where(known, f, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), math.nan)
+    finite = np.isfinite(f)
+    f = np.where(finite, f, 0.0).sum(axis=0) / np.where(finite.any(axis=0), finite.sum(axis=0), math.nan)
     if np.isnan(f[up]).any():
         f = filled_in_layers(f, (False,) * 4)[0]
     return np.asarray(np.log(np.maximum(f[up], 0.0) + offset))
@@ -270,9 +270,9 @@ def _left_over(along: np.ndarray, of: np.ndarray, components: int) -> np.ndarray
     for out in _folds(of):
         rest = along[:, ~out]
         centre = rest.mean(axis=1, keepdims=True)
-        _, own = _principal((rest - centre) @ (rest - centre).T, components)
+        _, axes = _principal((rest - centre) @ (rest - centre).T, components)
         apart = along[:, out] - centre
-        left[:, out] = apart - own @ (own.T @ apart)
+        left[:, out] = apart - axes @ (axes.T @ apart)
     return left
 
 

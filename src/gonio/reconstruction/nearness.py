@@ -198,28 +198,28 @@ def nearest(
     >>> print(darker.name, round(darker.factor, 4))
     pink-felt 0.25
     """
-    own = _seen(m)
-    known = int(np.isfinite(own.values).all(axis=1).sum())
-    if known < FEWEST:
+    target = _seen(m)
+    complete = int(np.isfinite(target.values).all(axis=1).sum())
+    if complete < FEWEST:
         raise ParameterError(
-            f"nearest: {shown(m)} has a value at {known} of {len(own.values)} pairs of directions, expected {FEWEST} "
-            f"at least; a table with outside='hold' keeps its outermost values"
+            f"nearest: {shown(m)} has a value at {complete} of {len(target.values)} pairs of directions, expected "
+            f"{FEWEST} at least; a table with outside='hold' keeps its outermost values"
         )
-    if scale == "free" and not np.nanmax(own.values) > 0.0:
+    if scale == "free" and not np.nanmax(target.values) > 0.0:
         raise ParameterError(
             "nearest(scale='free'): the material reflects nothing, which any factor 0 does; scale='given'"
         )
     candidates = list(_candidates(among))
     if not candidates:
         raise ParameterError(f"nearest(among={shown(among)}): nothing to compare with; expected one material at least")
-    found: list[Match] = []
+    matches: list[Match] = []
     kept: dict[int, np.ndarray] = {}
     for done, candidate in enumerate(candidates, 1):
-        found.append(_match(own, candidate, DISTANCES[distance], scale == "free", kept))
+        matches.append(_match(target, candidate, DISTANCES[distance], scale == "free", kept))
         if progress is not None:
             progress(done, len(candidates))
-    ranked = sorted((x for x in found if not x.reason), key=lambda x: x.distance)[:count]
-    failed = [x for x in found if x.reason]
+    ranked = sorted((x for x in matches if not x.reason), key=lambda x: x.distance)[:count]
+    failed = [x for x in matches if x.reason]
     if not ranked:
         first = failed[0]
         raise ParameterError(
@@ -274,8 +274,8 @@ def _of_word(word: str) -> Iterator[_Candidate]:
         yield from map(_of_file, files)
     elif os.path.exists(word):
         yield _of_file(Path(word))
-    elif kind := [entry for entry in entries if entry.kind == word]:
-        yield from map(_of_entry, kind)
+    elif of_kind := [entry for entry in entries if entry.kind == word]:
+        yield from map(_of_entry, of_kind)
     elif any(letter in word for letter in "*?["):
         pattern = word.lower()
         matching = [x for x in entries if any(fnmatch.fnmatch(n.lower(), pattern) for n in (x.name, *x.aliases))]
@@ -305,7 +305,7 @@ def _text(m: Reflectance) -> str:
     return f"file, {m.format}" if isinstance(m, Measured) and m.path else f"{' '.join(repr(m).split()):.200}"
 
 
-# What is seen of a material at the pairs.
+# Values of a material at the pairs.
 
 
 @cache
@@ -323,7 +323,7 @@ def _pairs() -> tuple[np.ndarray, np.ndarray]:
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _PairValues:
     """f cos(theta_i) (N, C) at the pairs, whether it is RGB, gray or other channels, and the names of these."""
 
     values: np.ndarray
@@ -337,7 +337,7 @@ class _Seen:
         return transformed(self.values, shares[:, None])
 
 
-def _seen(m: Reflectance) -> _Seen:
+def _seen(m: Reflectance) -> _PairValues:
     if m.sides != "front":
         raise ParameterError(
             f"nearest: {shown(m)} transmits light; expected a surface that reflects alone: compare its reflecting part"
@@ -359,8 +359,10 @@ def _seen(m: Reflectance) -> _Seen:
     parts = [_lit(m, wi[k : k + rows], wo[k : k + rows], to_rgb) for k in range(0, len(wi), rows)]
     values = np.concatenate(parts)
     if values.shape[1] == 1:
-        return _Seen(values, GRAY)
-    return _Seen(values, COLOUR) if is_rgb(m) or to_rgb is not None else _Seen(values, OTHER, m.channel_names)
+        return _PairValues(values, GRAY)
+    return (
+        _PairValues(values, COLOUR) if is_rgb(m) or to_rgb is not None else _PairValues(values, OTHER, m.channel_names)
+    )
 
 
 def _lit(m: Reflectance, wi: np.ndarray, wo: np.ndarray, to_rgb: np.ndarray | None) -> np.ndarray:
@@ -385,39 +387,41 @@ def _mirrored(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
 # Distances.
 
 
-def _match(own: _Seen, candidate: _Candidate, distance: Distance, free: bool, kept: dict[int, np.ndarray]) -> Match:
-    """`kept`: what is compared of `own`, by the address of its values."""
+def _match(
+    target: _PairValues, candidate: _Candidate, distance: Distance, free: bool, kept: dict[int, np.ndarray]
+) -> Match:
+    """`kept`: what is compared of `target`, by the address of its values."""
     try:
         other = candidate.make()
         what = _text(other) if candidate.what == "file" else candidate.what
-        ours, theirs, compared = _comparable(own, _seen(other))
+        ours, theirs, compared = _comparable(target, _seen(other))
     except (Error, OSError) as error:
         reason = " ".join(str(error).split()).removeprefix("nearest: ")
         folder, _, rest = reason.partition(f"{candidate.name}: ")
         reason = rest if rest and os.path.exists(folder + candidate.name) else reason
         return Match(candidate.name, what=candidate.what, reason=reason, _make=candidate.make)
-    known = np.isfinite(ours).all(axis=1) & np.isfinite(theirs).all(axis=1)
+    finite = np.isfinite(ours).all(axis=1) & np.isfinite(theirs).all(axis=1)
     match = Match(
         candidate.name,
         what=what,
         compared=compared,
-        left_out=int((~known).sum()),
-        pairs=len(known),
+        left_out=int((~finite).sum()),
+        pairs=len(finite),
         _make=candidate.make,
     )
-    if known.sum() < FEWEST:
-        few = f"{known.sum()} of {len(known)} pairs of directions have a value in both, expected {FEWEST} at least"
+    if finite.sum() < FEWEST:
+        few = f"{finite.sum()} of {len(finite)} pairs of directions have a value in both, expected {FEWEST} at least"
         return replace(match, reason=few)
-    if known.all():
+    if finite.all():
         if id(ours) not in kept:
             kept[id(ours)] = distance.compared(ours)
-        found, factor = _apart(kept[id(ours)], theirs, distance, free)
+        least, factor = _apart(kept[id(ours)], theirs, distance, free)
     else:
-        found, factor = _apart(distance.compared(ours[known]), theirs[known], distance, free)
-    return replace(match, distance=found, factor=factor)
+        least, factor = _apart(distance.compared(ours[finite]), theirs[finite], distance, free)
+    return replace(match, distance=least, factor=factor)
 
 
-def _comparable(a: _Seen, b: _Seen) -> tuple[np.ndarray, np.ndarray, str]:
+def _comparable(a: _PairValues, b: _PairValues) -> tuple[np.ndarray, np.ndarray, str]:
     """Values of both in the same channels, and in words which these are."""
     if OTHER not in (a.kind, b.kind):
         if a.kind == b.kind:

@@ -16,7 +16,7 @@ from ..errors import ParameterError, shown
 from ..fitting.samples import Samples, names_of
 from ..integrals.albedo import albedo
 from ..tables.gridded import Gridded
-from .basis import ReflectanceBasis, Rows
+from .basis import BasisRows, ReflectanceBasis
 
 DISCREPANCIES = [0.0, *np.geomspace(0.005, 1.0, 9).tolist()]
 """Standard deviations of ln f that are tried for what a material has beside the basis."""
@@ -228,35 +228,35 @@ class Reconstruction:
 def reconstruction(s: Samples, basis: ReflectanceBasis, noise: float, floor: float) -> Reconstruction:
     """The table that values say, of every channel by the same basis."""
     rows = basis.at(s.wi, s.wo)
-    found = []
+    posteriors = []
     for c in range(s.f.shape[1]):
         f = np.maximum(s.f[:, c], 0.0)
         u = np.hypot(noise * f, floor) if s.u is None else s.u[:, c]
-        known = s.valid[:, c] & (u > 0.0)
-        if not known.any():
+        usable = s.valid[:, c] & (u > 0.0)
+        if not usable.any():
             name = names_of(s.channels)[c]
             raise ParameterError(
                 f"{s.source}: no value{f' of channel {name}' if name else ''} has an uncertainty above 0; expected "
                 f"values above 0, or a floor [1/sr] of the noise"
             )
-        found.append(posterior(basis, Rows(*(x[known] for x in rows)), f[known], u[known]))
-    means = np.stack([p.mean for p in found])
-    variance = np.stack([variance_of(basis, p.covariance, p.widening) for p in found], axis=-1)
-    log_u = np.sqrt(variance + np.array([p.discrepancy**2 for p in found]))
+        posteriors.append(posterior(basis, BasisRows(*(x[usable] for x in rows)), f[usable], u[usable]))
+    means = np.stack([p.mean for p in posteriors])
+    variance = np.stack([variance_of(basis, p.covariance, p.widening) for p in posteriors], axis=-1)
+    log_u = np.sqrt(variance + np.array([p.discrepancy**2 for p in posteriors]))
     table = basis.table(_logarithm(basis, means), log_u, s.channels, made_of=f"{s.source}, reconstructed")
     discrepancy, widening, chi2, used, rms = (
-        np.array([getattr(p, name) for p in found]) for name in ("discrepancy", "widening", "chi2", "of", "rms")
+        np.array([getattr(p, name) for p in posteriors]) for name in ("discrepancy", "widening", "chi2", "of", "rms")
     )
-    covariance = np.stack([p.covariance for p in found])
+    covariance = np.stack([p.covariance for p in posteriors])
     if s.channels is None:
         means, covariance, log_u = means[0], covariance[0], log_u[..., 0]
         discrepancy, widening, chi2, used, rms = (x[0].item() for x in (discrepancy, widening, chi2, used, rms))
-    notes = tuple(_notes(s, basis, found, table, log_u.reshape(variance.shape), noise, floor))
+    notes = tuple(_notes(s, basis, posteriors, table, log_u.reshape(variance.shape), noise, floor))
     numbers = discrepancy, widening, chi2, used, rms
     return Reconstruction(table, means, covariance, *numbers, log_u, notes, s.source, basis)
 
 
-def posterior(basis: ReflectanceBasis, rows: Rows, f: np.ndarray, u: np.ndarray) -> Posterior:
+def posterior(basis: ReflectanceBasis, rows: BasisRows, f: np.ndarray, u: np.ndarray) -> Posterior:
     """The posterior of the coefficients by values f (n,) of standard uncertainty u.
 
     Values nearest to the same node are averaged: what the basis does not hold is the same in all of them.
@@ -268,16 +268,16 @@ def posterior(basis: ReflectanceBasis, rows: Rows, f: np.ndarray, u: np.ndarray)
     total = np.bincount(which, weight)
     mean, misfit = (np.bincount(which, weight * x) / total for x in (off, rows.misfit))
     factors = np.stack([np.bincount(which, weight * x) / total for x in rows.factors.T], axis=-1)
-    found = _solved(mean, factors, 1.0 / total + misfit)
-    chi2, discrepancy = found.chi2, 0.0
+    solution = _solved(mean, factors, 1.0 / total + misfit)
+    chi2, discrepancy = solution.chi2, 0.0
     if _chance(chi2, len(cells)) < FAR:
-        found, discrepancy = _robust(mean, factors, 1.0 / total + misfit)
-    remains = off - rows.factors @ found.coefficients
+        solution, discrepancy = _robust(mean, factors, 1.0 / total + misfit)
+    remains = off - rows.factors @ solution.coefficients
     return Posterior(
-        found.coefficients,
-        found.widening * found.covariance,
+        solution.coefficients,
+        solution.widening * solution.covariance,
         discrepancy,
-        found.widening,
+        solution.widening,
         chi2,
         len(cells),
         float(np.sqrt(np.mean(remains * remains))),
@@ -296,12 +296,12 @@ class _Solved(NamedTuple):
 
 def _solved(off: np.ndarray, factors: np.ndarray, variance: np.ndarray) -> _Solved:
     """By values of these variances; these, and those of the coefficients, are greater by `widening` where need be."""
-    rows, own = factors / np.sqrt(variance)[:, None], off / np.sqrt(variance)
-    turned, sizes, axes = np.linalg.svd(rows, full_matrices=False)
-    known = sizes**2 / (1.0 + sizes**2)
-    covariance = np.eye(factors.shape[1]) - (axes.T * known) @ axes
-    coefficients = axes.T @ (sizes / (1.0 + sizes**2) * (turned.T @ own))
-    left = own - rows @ coefficients
+    rows, whitened = factors / np.sqrt(variance)[:, None], off / np.sqrt(variance)
+    left_vectors, sizes, axes = np.linalg.svd(rows, full_matrices=False)
+    shares = sizes**2 / (1.0 + sizes**2)
+    covariance = np.eye(factors.shape[1]) - (axes.T * shares) @ axes
+    coefficients = axes.T @ (sizes / (1.0 + sizes**2) * (left_vectors.T @ whitened))
+    left = whitened - rows @ coefficients
     chi2 = float(left @ left + coefficients @ coefficients)
     widening = max(1.0, chi2 / len(off))
     evidence = np.log(variance * widening).sum() + np.log1p(sizes**2).sum() + chi2 / widening
@@ -320,11 +320,11 @@ def _robust(off: np.ndarray, factors: np.ndarray, variance: np.ndarray) -> tuple
             for d in DISCREPANCIES
         ]
         discrepancy = max(tried)[1]
-        found = _solved(off, factors, (variance + discrepancy**2) / share)
-        left = (off - factors @ found.coefficients) ** 2 / found.widening
+        solution = _solved(off, factors, (variance + discrepancy**2) / share)
+        left = (off - factors @ solution.coefficients) ** 2 / solution.widening
         share = (FREEDOM + 1.0) / (FREEDOM + left / (variance + discrepancy**2))
     wide = float(np.quantile(left, 0.95)) / 4.0 - float(np.median(variance))
-    return found, math.sqrt(found.widening * max(wide, discrepancy**2))
+    return solution, math.sqrt(solution.widening * max(wide, discrepancy**2))
 
 
 def _chance(chi2: float, count: int) -> float:
@@ -350,7 +350,7 @@ def _logarithm(basis: ReflectanceBasis, coefficients: np.ndarray) -> np.ndarray:
 def _notes(
     s: Samples,
     basis: ReflectanceBasis,
-    found: list[Posterior],
+    posteriors: list[Posterior],
     table: Gridded,
     log_u: np.ndarray,
     noise: float,
@@ -364,7 +364,7 @@ def _notes(
         yield f"{text} of each value was taken"
         if lost := int((s.valid & ~(np.hypot(noise * np.maximum(s.f, 0.0), floor) > 0.0)).sum()):
             yield f"{lost} values of 0 or less were left out; a floor of the noise makes them count"
-    far = [p for p in found if _chance(p.chi2, p.of) < FAR]
+    far = [p for p in posteriors if _chance(p.chi2, p.of) < FAR]
     if far:
         worst = max(far, key=lambda p: p.chi2 / p.of)
         beside = f", and a deviation of {worst.discrepancy:.1%} added" if worst.discrepancy else ""
@@ -373,7 +373,7 @@ def _notes(
             f"u was widened {math.sqrt(worst.widening):.2g} times{beside}; other materials in the basis, more values, "
             f"or a larger noise would help"
         )
-    weights = basis.weights[..., None] / len(found)
+    weights = basis.weights[..., None] / len(posteriors)
     if (share := float((weights * (log_u > UNSURE)).sum())) > 0.01:
         yield f"at {share:.0%} of all directions u is more than half of f; more values would help"
     reflected = float(np.max(albedo(table, [0.0, 0.0, 1.0], tolerance=1e-2)))

@@ -29,7 +29,7 @@ ROUNDING = 1e-14
 """Relative change of f up to which a cell counts as unchanged."""
 
 
-class Cells:
+class GridCells:
     """A measurement `m` on a grid: f and u [1/sr] (grid..., C) at its nodes, and the directions wi and wo of these.
 
     u       standard uncertainty of f, or None
@@ -91,11 +91,11 @@ class Cells:
         A cell counts once, whatever the number of its channels.
         """
         before, after = self.f[self.up], f[self.up]
-        known = ~np.isnan(before)
-        filled = ~known & ~np.isnan(after)
-        step = np.where(known, np.abs(after - before), 0.0)
+        had_value = ~np.isnan(before)
+        filled = ~had_value & ~np.isnan(after)
+        step = np.where(had_value, np.abs(after - before), 0.0)
         step = np.where(step > ROUNDING * np.abs(before), step, 0.0)
-        touched = (step > 0.0) | filled | (known & np.isnan(after))
+        touched = (step > 0.0) | filled | (had_value & np.isnan(after))
         step = step[np.isfinite(step) & (step > 0.0)]
         cells = int(touched.any(axis=-1).sum())
         return {
@@ -122,7 +122,7 @@ def like(
 
 
 def changes_of_all(cells: int, share: float, differences: np.ndarray) -> dict[str, Any]:
-    """What `Cells.changes` counts, of a new grid: all its cells have changed, by `differences` of f."""
+    """What `GridCells.changes` counts, of a new grid: all its cells have changed, by `differences` of f."""
     off = np.abs(differences)
     off = {"largest": float(np.nanmax(off, initial=0.0)), "mean": float(np.nanmean(off)) if off.size else 0.0}
     return {"cells": cells, "share": share, "filled": 0, **off}
@@ -204,7 +204,7 @@ def relative(f: np.ndarray, true: np.ndarray, table: np.ndarray) -> np.ndarray:
 
 def spread(differences: np.ndarray) -> tuple[float, float]:
     """Root mean square and largest of differences, NaNs left out; 0 if there are none."""
-    known = differences[np.isfinite(differences)]
-    if not known.size:
+    finite = differences[np.isfinite(differences)]
+    if not finite.size:
         return 0.0, 0.0
-    return float(np.sqrt(np.mean(known * known))), float(np.abs(known).max())
+    return float(np.sqrt(np.mean(finite * finite))), float(np.abs(finite).max())

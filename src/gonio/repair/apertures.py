@@ -17,7 +17,7 @@ from ..errors import ParameterError, ShapeError, expect_one_of
 from ..formula.direction import HORIZON
 from ..integrals.over_hemisphere import directions
 from ..tables.gridded import Gridded
-from ._cells import BATCH, Cells, Values, evaluated, relative, spread
+from ._cells import BATCH, GridCells, Values, evaluated, relative, spread
 
 Opening = float | tuple[float, float]
 """Half-angle [rad] of a round aperture, or half-angles along theta and across of a rectangular one; 0: a point."""
@@ -95,7 +95,7 @@ def aperture_averaged(
     >>> print(sharp.f_angles(0.5, 0.0, 0.5, np.pi).round(3), seen.f_angles(0.5, 0.0, 0.5, np.pi).round(3))
     2.568 2.362
     """
-    cells = Cells(m)
+    cells = GridCells(m)
     blur = _Blur(cells.m, detector, source, horizon, rings)
     f = blur(cells.f)
     u = None if cells.u is None else blur(cells.u)
@@ -147,7 +147,7 @@ def aperture_removed(
     expect_one_of(METHODS, "method", method)
     if not (isinstance(iterations, (int, np.integer)) and iterations >= 1):
         raise ParameterError(f"iterations={iterations!r}: expected a whole number from 1")
-    cells = Cells(m)
+    cells = GridCells(m)
     if method == "richardson_lucy" and (cells.f[cells.up] < 0.0).any():
         raise ParameterError("method='richardson_lucy': some f are negative; use 'van_cittert', or repair them first")
     blur = _Blur(cells.m, detector, source, horizon, rings)
@@ -169,7 +169,7 @@ def aperture_removed(
 
 
 def _sharpened(
-    cells: Cells, g: np.ndarray, blur: _Blur, method: str, steps: int, u: np.ndarray | None
+    cells: GridCells, g: np.ndarray, blur: _Blur, method: str, steps: int, u: np.ndarray | None
 ) -> tuple[np.ndarray, int, tuple[float, float]]:
     """f after at most `steps` steps, their number, and the relative residuals at the start and at the end."""
     f = g
@@ -194,7 +194,7 @@ class _Blur:
 
     def __init__(self, m: Gridded, detector: Opening, source: Opening, horizon: str, rings: int):
         expect_one_of(HORIZONS, "horizon", horizon)
-        self.cells, self.horizon = Cells(m), horizon
+        self.cells, self.horizon = GridCells(m), horizon
         self.passes = [(_points(detector, rings), _POINT), (_POINT, _points(source, rings))]
         self.passes = [p for p in self.passes if len(p[0][1]) + len(p[1][1]) > 2]
         self.parameters = {"detector": detector, "source": source, "horizon": horizon, "rings": rings}
@@ -266,7 +266,7 @@ def _batch(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source
     hole = np.isnan(f)
     if not hole.any():
         return (weight @ f)[:, 0]
-    whole, known = weight.sum(axis=-1), (weight @ ~hole)[:, 0]
+    whole, valid = weight.sum(axis=-1), (weight @ ~hole)[:, 0]
     mean = (weight @ np.where(hole, 0.0, f))[:, 0]
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(known > 0.5 * whole, mean * (whole / known), np.nan)
+        return np.where(valid > 0.5 * whole, mean * (whole / valid), np.nan)

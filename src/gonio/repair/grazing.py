@@ -18,7 +18,7 @@ from ..errors import ParameterError, expect_one_of
 from ..formula.fresnel.schlick import Schlick
 from ..models.microfacet import Microfacet
 from ..tables.gridded import Gridded
-from ._cells import Cells, evaluated, like, relative, spread, variances
+from ._cells import GridCells, evaluated, like, relative, spread, variances
 
 METHODS = ("hold", "linear in cosine", "model")
 STEP = math.radians(5.0)
@@ -72,7 +72,7 @@ def extrapolate_to_grazing(m: Measured, method: str, reach: float | tuple[float,
     0.4999
     """
     expect_one_of(METHODS, "method", method)
-    cells = Cells(m)
+    cells = GridCells(m)
     end = _reach(cells, reach)
     figures: dict[str, float] = {}
     extend: Callable[..., Any] = partial(_linear if method == "linear in cosine" else _hold, cells.m)
@@ -80,7 +80,7 @@ def extrapolate_to_grazing(m: Measured, method: str, reach: float | tuple[float,
         lobe, figures = _fitted_lobe(cells, _excess(cells.wi, cells.wo, end) <= WITHIN)
         extend = partial(_by_model, cells.m, lobe)
     rehearsal = _rehearsal(cells, extend, end)
-    new = Cells(_with_nodes(cells.m))
+    new = GridCells(_with_nodes(cells.m))
     beyond = (np.minimum(new.wi[..., 2], new.wo[..., 2]) > -1e-9) & (_excess(new.wi, new.wo, end) > WITHIN)
     f, u = new.f.copy(), None if new.u is None else new.u.copy()
     f[beyond], variance = extend(new.wi[beyond], new.wo[beyond], end)
@@ -92,12 +92,12 @@ def extrapolate_to_grazing(m: Measured, method: str, reach: float | tuple[float,
     return new.repaired("extrapolate_to_grazing", parameters, f, u, figures, before=m)
 
 
-def _reach(cells: Cells, reach: float | tuple[float, float] | None) -> _Reach:
-    known = cells.up & ~np.isnan(cells.f).all(axis=-1)
-    if not known.any():
+def _reach(cells: GridCells, reach: float | tuple[float, float] | None) -> _Reach:
+    has_value = cells.up & ~np.isnan(cells.f).all(axis=-1)
+    if not has_value.any():
         raise ParameterError("extrapolate_to_grazing: the measurement has no value in any cell; expected some")
     if reach is None:
-        return _Reach(*(float(angles(w[known])[0].max()) for w in (cells.wi, cells.wo)))
+        return _Reach(*(float(angles(w[has_value])[0].max()) for w in (cells.wi, cells.wo)))
     end = _Reach(*np.broadcast_to(np.asarray(reach, dtype=float), 2).tolist())
     if not all(0.0 < theta < 0.5 * math.pi for theta in end):
         raise ParameterError(f"reach={reach!r}: expected polar angles between 0 and pi/2 rad; are these degrees?")
@@ -149,7 +149,7 @@ def _by_model(m: Gridded, lobe: Any, wi: np.ndarray, wo: np.ndarray, end: _Reach
     return f * ratio, None if variance is None else variance * ratio**2
 
 
-def _rehearsal(cells: Cells, extend: Any, end: _Reach) -> float:
+def _rehearsal(cells: GridCells, extend: Any, end: _Reach) -> float:
     """Root mean square of the relative error at cells up to `STEP` within reach, predicted from those before."""
     short = _Reach(*(max(theta - STEP, 0.5 * theta) for theta in end))
     test = cells.up & (_excess(cells.wi, cells.wo, end) <= WITHIN) & (_excess(cells.wi, cells.wo, short) > WITHIN)
@@ -175,7 +175,7 @@ def _with_nodes(m: Gridded) -> Gridded:
     return like(m, axes, arrays[0], arrays[1] if len(arrays) > 1 else None)
 
 
-def _fitted_lobe(cells: Cells, use: np.ndarray) -> tuple[Callable, dict[str, float]]:
+def _fitted_lobe(cells: GridCells, use: np.ndarray) -> tuple[Callable, dict[str, float]]:
     """kd/pi + ks D F G/(4 cos cos) fitted to the cells to use: a function (wi, wo) -> (..., C), and figures.
 
     Each channel has its own kd, ks >= 0; alpha and f0 are common. The fit minimizes differences relative to |f|, or to

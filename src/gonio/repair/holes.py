@@ -11,7 +11,7 @@ from ..base.measured import Measured
 from ..declared.arguments import checked
 from ..errors import ToleranceWarning, expect_one_of, warn
 from ..numerics.filling import filled_in_layers
-from ._cells import Cells, relative
+from ._cells import GridCells, relative
 
 if TYPE_CHECKING:
     from ..tables.gridded import Gridded
@@ -51,7 +51,7 @@ def fill_holes(m: Measured, method: str = "neighbours") -> Gridded:
     8 0
     """
     expect_one_of(METHODS, "method", method)
-    cells = Cells(m)
+    cells = GridCells(m)
     f, depth = _fill(cells, cells.f, method)
     figures = {"rehearsal": _rehearsal(cells, method), "deepest": int(depth[cells.up].max(initial=0))}
     u = None
@@ -63,7 +63,7 @@ def fill_holes(m: Measured, method: str = "neighbours") -> Gridded:
     return cells.repaired("fill_holes", {"method": method}, f, u, figures)
 
 
-def _fill(cells: Cells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray]:
+def _fill(cells: GridCells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray]:
     """Values without holes, and the number of cells from each to a known one."""
     near, depth = filled_in_layers(f, cells.wraps)
     if method == "neighbours":
@@ -75,7 +75,7 @@ def _fill(cells: Cells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndar
     return filled_in_layers(smooth, cells.wraps)[0], depth
 
 
-def _rehearsal(cells: Cells, method: str) -> float:
+def _rehearsal(cells: GridCells, method: str) -> float:
     """Root mean square of the relative error at the known cells next to holes when hidden; NaN if there are none."""
     holes = np.isnan(cells.f) & cells.up[..., None]
     edge = np.zeros(holes.shape, bool)
@@ -115,14 +115,14 @@ def smoothest(values: np.ndarray, unknown: np.ndarray, nodes: list[np.ndarray], 
     number = np.full(values.shape, -1)
     number[unknown] = np.arange(n)
     along = [_differences(values, number, k, x, wraps[k]) for k, x in enumerate(nodes) if len(x) > 2]
-    if not any(known.size for *_, known in along):
+    if not any(constants.size for *_, constants in along):
         return values
-    numbers, weights, known = (np.concatenate(x, axis=-1) for x in zip(*along, strict=True))
+    numbers, weights, constants = (np.concatenate(x, axis=-1) for x in zip(*along, strict=True))
     free = numbers >= 0
-    lines = np.broadcast_to(np.arange(known.size), numbers.shape)
-    A = sparse.csr_matrix((weights[free], (lines[free], numbers[free])), (known.size, n))
+    lines = np.broadcast_to(np.arange(constants.size), numbers.shape)
+    A = sparse.csr_matrix((weights[free], (lines[free], numbers[free])), (constants.size, n))
     guess, tie = values[unknown], 1e-9  # to the guess: decides where second differences do not
-    normal, b = (A.T @ A + tie * sparse.identity(n)).tocsc(), A.T @ -known + tie * guess
+    normal, b = (A.T @ A + tie * sparse.identity(n)).tocsc(), A.T @ -constants + tie * guess
     if n <= DIRECT:
         solution = linalg.spsolve(normal, b)
     else:

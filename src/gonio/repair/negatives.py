@@ -8,7 +8,7 @@ from ..base.measured import Measured
 from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
-from ._cells import Cells
+from ._cells import GridCells
 
 LARGEST = 1e6
 """The largest floor [1/sr]: a mirror's lobe of 1 mrad."""
@@ -30,7 +30,7 @@ def remove_negatives(m: Measured, floor: float | str = 0.0) -> Gridded:
     >>> print(m.brdf().ravel(), m.repairs[-1].figures["lowest"])
     [0.1 0.1 0.  0.1] -0.01
     """
-    cells = Cells(m)
+    cells = GridCells(m)
     if isinstance(floor, str):
         if floor != "uncertainty":
             raise ParameterError(f"remove_negatives(floor={floor!r}): expected a number [1/sr] or 'uncertainty'")

@@ -18,7 +18,7 @@ from ..tables.angle_systems import AZIMUTHS, angle_system
 from ..tables.axes import laid_out, nodes_of
 from ..tables.gridded import Gridded, real
 from ..tables.nodes import above, channels_named, f_at
-from ._cells import Cells, changes_of_all, evaluated, relative, reported, spread, variances
+from ._cells import GridCells, changes_of_all, evaluated, relative, reported, spread, variances
 
 
 @checked
@@ -80,7 +80,7 @@ def resample(
     true, tabulated = evaluated(m, *pairs), evaluated(table, *pairs)
     figures = dict(zip(("error_rms", "error_largest"), spread(relative(tabulated, true, true)), strict=True))
     if isinstance(m, Gridded):
-        cells = Cells(m)
+        cells = GridCells(m)
         back = evaluated(table, cells.wi[cells.up], cells.wo[cells.up])
         off = relative(back, cells.f[cells.up], cells.f)
         figures |= dict(zip(("back_rms", "back_largest"), spread(off), strict=True))
@@ -125,7 +125,7 @@ def _is_own_image(m: Reflectance) -> bool:
 
 def _half_error(table: Gridded) -> float:
     """Root mean square of the relative error at the nodes that a grid of every second node leaves out."""
-    cells = Cells(table)
+    cells = GridCells(table)
     every = tuple(slice(None, None, 2) if len(x) > 2 else slice(None) for x in cells.nodes)
     left = np.ones(cells.grid, bool)
     left[every] = False

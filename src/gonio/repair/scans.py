@@ -19,7 +19,7 @@ from ..tables.gridded import Gridded
 from ..tables.nodes import above, bracketed
 from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
-from ._cells import Cells, reported, spread
+from ._cells import GridCells, reported, spread
 
 SAME = 1e-4
 """Angles [rad] closer than this (0.006 degrees) are one node."""
@@ -148,7 +148,7 @@ def _rows(m: Measured) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray |
         wi, wo = direction(m.rows[:, 0], m.rows[:, 1]), direction(m.rows[:, 2], m.rows[:, 3])
         f, u = (None if x is None else with_channels(x, 1) for x in m.row_brdf())
     elif isinstance(m, Gridded):
-        cells = Cells(m)
+        cells = GridCells(m)
         wi, wo, f, u = cells.wi, cells.wo, cells.f, cells.u
     else:
         raise ParameterError(f"merge_scans: got {m!r:.80}, expected Gridded or Scattered measurements")

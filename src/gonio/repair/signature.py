@@ -12,7 +12,7 @@ from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..errors import ParameterError, expect_one_of
 from ..tables.gridded import Gridded
-from ._cells import Cells, evaluated, variances
+from ._cells import GridCells, evaluated, variances
 
 NEGATIVES = ("keep", "zero", "missing")
 
@@ -49,7 +49,7 @@ def subtract_signature(
     expect_one_of(NEGATIVES, "negatives", negatives)
     if not (math.isfinite(scale) and scale_uncertainty >= 0.0):
         raise ParameterError(f"scale={scale!r}, scale_uncertainty={scale_uncertainty!r}: expected finite numbers, >= 0")
-    cells = Cells(m)
+    cells = GridCells(m)
     stray, channels = np.full(cells.f.shape, np.nan), cells.f.shape[-1]
     reading = evaluated(signature, cells.wi[cells.up], cells.wo[cells.up])
     if reading.shape[-1] not in (1, channels):
@@ -78,7 +78,7 @@ def subtract_signature(
 
 
 def _uncertainty(
-    cells: Cells, signature: Reflectance, stray: np.ndarray, scale: float, scale_uncertainty: float
+    cells: GridCells, signature: Reflectance, stray: np.ndarray, scale: float, scale_uncertainty: float
 ) -> np.ndarray | None:
     uncertain = signature if isinstance(signature, Gridded) and signature.uncertainty is not None else None
     if cells.u is None and uncertain is None and scale_uncertainty == 0.0:

@@ -13,7 +13,7 @@ from ..declared.arguments import checked
 from ..errors import expect_one_of
 from ..tables.gridded import Gridded
 from ..tables.nodes import bracketed, f_at
-from ._cells import Cells, changes_of_all, floor, like, reported, spread, variances
+from ._cells import GridCells, changes_of_all, floor, like, reported, spread, variances
 
 KINDS = ("reciprocity", "isotropy", "plane")
 SAME = 1e-5
@@ -46,7 +46,7 @@ def symmetrize(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
      [0.11 0.11]]
     """
     expect_one_of(KINDS, "kind", kind)
-    cells = Cells(m)
+    cells = GridCells(m)
     if kind == "isotropy":
         return _isotropic(cells.m)
     f, u, figures = _paired(cells, kind, plane)
@@ -54,15 +54,15 @@ def symmetrize(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
     return cells.repaired("symmetrize", parameters, f, u, figures)
 
 
-def _paired(cells: Cells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray | None, dict[str, float]]:
+def _paired(cells: GridCells, symmetry: str, plane: float) -> tuple[np.ndarray, np.ndarray | None, dict[str, float]]:
     """f averaged with f of the symmetric pairs, its uncertainty, and figures of the asymmetry."""
-    image = _positions(cells.m, kind, plane)
+    image = _positions(cells.m, symmetry, plane)
     if image is not None:
         other, other_u = (None if a is None else _moved(a, *image) for a in (cells.f, cells.u))
         number = np.arange(math.prod(cells.grid)).reshape(cells.grid)
         itself = _moved(number[..., None], *image)[..., 0] == number
     else:
-        wi, wo = _mapped(cells.wi, cells.wo, kind, plane)
+        wi, wo = _mapped(cells.wi, cells.wo, symmetry, plane)
         other = with_channels(f_at(cells.m, wi, wo), len(cells.grid))
         other_u = None if cells.u is None else np.sqrt(f_at(variances(cells.m), wi, wo))
         itself = np.zeros(cells.grid, bool)
@@ -87,29 +87,29 @@ def _asymmetry(first: np.ndarray, second: np.ndarray, table: np.ndarray) -> dict
     return {"asymmetry_median": median, "asymmetry_rms": rms, "asymmetry_largest": largest}
 
 
-def _mapped(wi: np.ndarray, wo: np.ndarray, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray]:
+def _mapped(wi: np.ndarray, wo: np.ndarray, symmetry: str, plane: float) -> tuple[np.ndarray, np.ndarray]:
     """The symmetric pairs (..., 3) of pairs."""
-    if kind == "reciprocity":
+    if symmetry == "reciprocity":
         return wo, wi
     c, s = math.cos(2.0 * plane), math.sin(2.0 * plane)
     mirror = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, 1.0]])
     return wi @ mirror, wo @ mirror
 
 
-def _image(m: Gridded, kind: str, plane: float) -> Mapping[str, tuple[str, float, float]]:
+def _image(m: Gridded, symmetry: str, plane: float) -> Mapping[str, tuple[str, float, float]]:
     """Axis -> the axis to which a symmetry takes its angle, with a sign and a shift."""
-    if kind == "reciprocity":
+    if symmetry == "reciprocity":
         return m.system.exchange
-    turned = {name: (name, -1.0, 2.0 * plane if name in m.system.turned else 0.0) for name in m.periods}
-    return {name: turned.get(name, (name, 1.0, 0.0)) for name in m.axes}
+    mirrored = {name: (name, -1.0, 2.0 * plane if name in m.system.turned else 0.0) for name in m.periods}
+    return {name: mirrored.get(name, (name, 1.0, 0.0)) for name in m.axes}
 
 
-def _positions(m: Gridded, kind: str, plane: float) -> tuple[list[int], list[np.ndarray]] | None:
+def _positions(m: Gridded, symmetry: str, plane: float) -> tuple[list[int], list[np.ndarray]] | None:
     """Nodes after the symmetry: the order of the axes, and numbers of nodes along each; None if some are off the grid.
 
     Node number i along axis k becomes node number numbers[k][i] along axis order[k].
     """
-    image, names = _image(m, kind, plane), list(m.axes)
+    image, names = _image(m, symmetry, plane), list(m.axes)
     if not image.keys() >= m.axes.keys():
         return None
     numbers = []
@@ -141,7 +141,7 @@ def _moved(values: np.ndarray, order: list[int], numbers: list[np.ndarray]) -> n
 
 def _isotropic(m: Gridded) -> Gridded:
     """The mean over azimuths of wi, or of the half vector, at fixed relative azimuths; weights are the nodes' arcs."""
-    cells = Cells(m)
+    cells = GridCells(m)
     m = cells.m
     names = list(m.axes)
     if len(names) == 3:
@@ -165,18 +165,18 @@ def _isotropic(m: Gridded) -> Gridded:
                 squares[i] = _mixed(squares[i], lower, upper, (1.0 - w) ** 2, w**2)
         axes["phi"], periods = relative_phi, {"phi": periods["phi_o"]}
     stack = np.stack(slices)
-    known = ~np.isnan(stack)
-    share = np.where(known, weights.reshape(-1, *[1] * (stack.ndim - 1)), 0.0)
+    finite = ~np.isnan(stack)
+    share = np.where(finite, weights.reshape(-1, *[1] * (stack.ndim - 1)), 0.0)
     with np.errstate(invalid="ignore"):
         share = share / share.sum(axis=0)
-    f = np.where(known, share * stack, 0.0).sum(axis=0)
-    f = np.where(known.any(axis=0), f, np.nan)
+    f = np.where(finite, share * stack, 0.0).sum(axis=0)
+    f = np.where(finite.any(axis=0), f, np.nan)
     u = None
     if squares is not None:
-        u = np.sqrt(np.where(known, share**2 * np.stack(squares), 0.0).sum(axis=0))
+        u = np.sqrt(np.where(finite, share**2 * np.stack(squares), 0.0).sum(axis=0))
     figures = {**_asymmetry(stack, np.broadcast_to(f, stack.shape), cells.f), "on_grid": int(on_grid)}
     table = like(m, axes, f, u, quantity="brdf", periods=periods)
-    changes = changes_of_all(int(Cells(table).up.sum()), 1.0, stack - f)
+    changes = changes_of_all(int(GridCells(table).up.sum()), 1.0, stack - f)
     return reported(table, m, "symmetrize", {"kind": "isotropy"}, changes, figures)
 
 

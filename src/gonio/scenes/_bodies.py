@@ -14,8 +14,8 @@ from ..formula.direction import NORMAL, Direction, cross, dot, normalize, select
 from ..formula.fields import option, param
 from ..formula.parametrised import Parametrised
 from ..formula.state import note
-from ..numerics.embree import Triangles
-from ..rays.tree import Tree
+from ..numerics.embree import EmbreeTriangles
+from ..rays.tree import BoxTree
 from ..rays.walk import nearest, tables
 from .hit import Hit
 from .shapes import SHAPES
@@ -71,7 +71,7 @@ class Ground(Body):
         return falls & (self.level - p.z > w.z * far)
 
 
-class Facets(Body):
+class TriangleBody(Body):
     """Triangles."""
 
     look = option("flat", "smooth", doc="normals of triangles, or those of their corners interpolated")
@@ -103,9 +103,9 @@ class Facets(Body):
         """Triangles with normals (F, 3), or (F, 12) with those of their corners; places (F, 9): u and v of the corners
         and the tangent; materials (F,); the box about all as its low and high corner."""
         try:
-            trees, found_by = {"tree": Fixed(Triangles(vertices, faces).handle)}, "Embree"
+            trees, found_by = {"tree": Fixed(EmbreeTriangles(vertices, faces).handle)}, "Embree"
         except DependencyError:
-            held = zip(("tree", "leaves"), tables(Tree(vertices, faces)), strict=True)
+            held = zip(("tree", "leaves"), tables(BoxTree(vertices, faces)), strict=True)
             trees, found_by = {name: AsStored(x) for name, x in held}, "tree"
         (x, _, z), (wide, _, tall) = box[0], np.maximum(box[1] - box[0], 1e-30)
         new = cls(
@@ -115,8 +115,8 @@ class Facets(Body):
             found_by,
             *map(float, (x, z + tall, wide, tall)),
         )
-        given = {"normals": normals, "corners": places, "materials": materials}
-        stored = {name: AsStored(x.astype(np.float32).reshape(-1)) for name, x in given.items() if x is not None}
+        optional = {"normals": normals, "corners": places, "materials": materials}
+        stored = {name: AsStored(x.astype(np.float32).reshape(-1)) for name, x in optional.items() if x is not None}
         new._hold(tables={**trees, **stored})
         new._kept.update(new.tables)
         return new

@@ -16,7 +16,7 @@ from ..compile.threads import share
 from ..evaluate.computation import Computation, composite
 from ..formula.direction import Direction
 from ..integrals.illumination import delta_radiance, estimate, without_holes
-from ..integrals.places import Points
+from ..integrals.places import SeenPoints
 from . import estimator
 from .passes import warn_of_holes
 from .pixels import Pixels
@@ -27,7 +27,7 @@ BLOCK = 64  # channels up to which tiles are as large; with more they have so ma
 
 
 def picture(
-    gather: Callable[[Points], tuple[np.ndarray, int]],
+    gather: Callable[[SeenPoints], tuple[np.ndarray, int]],
     channels: int,
     pixels: Pixels,
     samples: int,
@@ -61,22 +61,22 @@ def picture(
 
 
 def tile(
-    gather: Callable[[Points], tuple[np.ndarray, int]], pixels: Pixels, samples: int, at: slice
+    gather: Callable[[SeenPoints], tuple[np.ndarray, int]], pixels: Pixels, samples: int, at: slice
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Radiance (pixels, C), coverage (pixels,) and the number of samples without data, for a run of pixels."""
     numbers = pixels.numbers[at]
     u = shifted(points(0, samples), numbers[..., 2:])
     scene = composite(**pixels.stage.values(pixels.size))
-    found = _HITS(scene, place=numbers[..., :2] + u[..., :2])
-    hit = found["met"] > 0.5
+    hits = _HITS(scene, place=numbers[..., :2] + u[..., :2])
+    hit = hits["met"] > 0.5
     coverage = hit.mean(axis=-1)
     if not hit.any():
         return np.zeros((len(numbers), 1), np.float32), coverage, 0
-    named = (found[name] for name in ("point", "normal", "tangent", "back"))
+    named = (hits[name] for name in ("point", "normal", "tangent", "back"))
     position, n, t, back, u = (x[hit].astype(np.float32) for x in (*named, u))
     local = Frame(*(Direction(*np.moveaxis(axis, -1, 0)) for axis in (t, np.cross(n, t), n)))
     wo = local.to_local(ops.library(n), back)
-    total, missing = gather(Points(local, wo, position, u[:, 2:4], u[:, 4:6]))
+    total, missing = gather(SeenPoints(local, wo, position, u[:, 2:4], u[:, 4:6]))
     radiance = np.zeros((*hit.shape, total.shape[-1]), np.float32)
     radiance[hit] = total
     radiance = radiance.sum(axis=1) / np.maximum(hit.sum(axis=1), 1)[:, None]
@@ -97,11 +97,11 @@ _HITS = Computation(
 
 def reflected(
     pairs: Sequence[tuple[Reflectance, Light]], colour: np.ndarray | None
-) -> Callable[[Points], tuple[Any, int]]:
+) -> Callable[[SeenPoints], tuple[Any, int]]:
     """Radiance (..., C) at points, of reflectances each under a light of any kind, and how many samples met directions
     without data."""
 
-    def gather(at: Points) -> tuple[Any, int]:
+    def gather(at: SeenPoints) -> tuple[Any, int]:
         total: Any = 0.0
         missing = 0
         for m, light in pairs:

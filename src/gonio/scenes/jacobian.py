@@ -18,11 +18,11 @@ from ..pictures.image import Image
 from .asked import Samples, Size
 from .camera import View
 from .left_out import tell
-from .passes import Found, Sums, passes, warn_of_holes
+from .passes import Found, PixelSums, passes, warn_of_holes
 from .pixels import Pixels
 from .rendering import colours_of, lights_of, refuse_fluorescence
 from .stage import Stage
-from .traced import Traced
+from .traced import PictureJob
 
 
 @checked
@@ -64,7 +64,7 @@ def picture_jacobian(
         several, met, holes = job.slopes(paths, at, start, stop)
         return np.concatenate([job.coloured({"light": x}) for x in several], axis=-1), met, holes
 
-    sums, pixels = Sums.zero(len(job.pixels.places), count * job.channels), job.pixels
+    sums, pixels = PixelSums.zero(len(job.pixels.places), count * job.channels), job.pixels
     passes(sums, work, job.parts(), samples, None, progress, None)
     warn_of_holes(sums.holes)
     alpha = pixels.picture(sums.seen[:, None] / sums.samples)[..., 0]
@@ -72,29 +72,29 @@ def picture_jacobian(
     labels = tuple(map(str, m.channel_names)) if job.channels > 3 and m.channel_names is not None else None
     images = []
     for k in range(count):
-        own = slice(k * job.channels, (k + 1) * job.channels)
-        error = None if noise is None else pixels.picture(noise[:, own])
-        images.append(Image(pixels.picture(sums.mean()[:, own]), alpha, labels, error, sums.samples))
+        columns = slice(k * job.channels, (k + 1) * job.channels)
+        error = None if noise is None else pixels.picture(noise[:, columns])
+        images.append(Image(pixels.picture(sums.mean()[:, columns]), alpha, labels, error, sums.samples))
     return images[0], dict(zip(names, images[1:], strict=True))
 
 
-class Slopes(NamedTuple):
+class JacobianJob(NamedTuple):
     """A picture to be computed, the paths of numbers in its scene that it is derived by, and samples of a pixel."""
 
-    job: Traced
+    job: PictureJob
     paths: list[str]
     samples: int
 
     def computed(self) -> tuple[np.ndarray, list[np.ndarray]]:
         """The picture (H, W, C), and its derivatives (H, W, M) in the channels of the material, before `job.matrix`
         makes colours of them: by a number for each channel that of each channel by its own."""
-        job, own = self.job, self.job.own
+        job, channels = self.job, self.job.own
 
         def work(at: slice, start: int, stop: int) -> Found:
             several, met, holes = job.slopes(self.paths, at, start, stop)
-            return np.concatenate([x.reshape(len(met), own) for x in several], axis=-1), met, holes
+            return np.concatenate([x.reshape(len(met), channels) for x in several], axis=-1), met, holes
 
-        sums = Sums.zero(len(job.pixels.places), (1 + len(self.paths)) * own)
+        sums = PixelSums.zero(len(job.pixels.places), (1 + len(self.paths)) * channels)
         passes(sums, work, job.parts(), self.samples, None, None, None)
         warn_of_holes(sums.holes)
         light, *several = np.split(sums.mean(), 1 + len(self.paths), axis=-1)
@@ -112,7 +112,7 @@ def derived(
     channels: Any,
     camera: View | None,
     who: str,
-) -> Slopes:
+) -> JacobianJob:
     """The picture to be computed, with its derivatives. Raises what `picture_jacobian` does, in the name of `who`."""
     stage = Stage.of(shape, camera)
     if len(stage.materials) > 1 or stage.materials[0] is not None:
@@ -125,11 +125,11 @@ def derived(
         if not light.is_formula():
             rule = "expected lights with seen, which are formulas"
             raise ParameterError(f"{who}: {type(light).__name__} is a function of arrays; {rule}")
-    job = Traced.of(m, lights, Pixels.of(stage, size, seed), before, after)
+    job = PictureJob.of(m, lights, Pixels.of(stage, size, seed), before, after)
     if job.colours > 1:
         rule = "expected lights of one channel, or spectra"
         raise ParameterError(f"{who}: RGB lights on a material of {job.own} wavelengths; {rule}")
-    return Slopes(job, [_path(job.scene, name, textures(m), who) for name in by], samples)
+    return JacobianJob(job, [_path(job.scene, name, textures(m), who) for name in by], samples)
 
 
 def _path(scene: Any, name: str, textured: Container[str], who: str) -> str:

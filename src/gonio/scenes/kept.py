@@ -18,7 +18,7 @@ OFTEN = 0.05
 ADVICE = "delete it, or name another file"
 
 
-class Kept:
+class WorkFile:
     """Arrays in a .npz file, of one work: `identity` tells it from others, whose files are refused.
 
     `noun`: what the work is; `what`: what must be the same for it to go on.
@@ -35,14 +35,14 @@ class Kept:
             return None
         try:
             with open(self.path, "rb") as file, np.load(file, allow_pickle=False) as held:
-                found = {name: held[name] for name in names}
+                stored = {name: held[name] for name in names}
                 identity = str(held["identity"])
         except Exception as error:  # damage makes NumPy raise nearly every type there is
             raise FormatError(f"{self.path}: not a checkpoint of {self.noun} ({error}); {ADVICE}") from None
         if identity != self.identity:
             other = self.noun.replace("a ", "another ", 1)
             raise ParameterError(f"{self.path}: a checkpoint of {other}; expected the same {self.what}; {ADVICE}")
-        return found
+        return stored
 
     def write(self, arrays: Mapping[str, Any], is_last: bool) -> None:
         """Write the arrays, unless the last time was just now."""

@@ -46,7 +46,7 @@ PLACES = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"))
 STL_HEAD, STL_FACE = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 
 
-class Contents(NamedTuple):
+class _MeshArrays(NamedTuple):
     """Vertices (V, 3), faces (F, 3), and places (V, 2) on a texture, v from below, if there are any."""
 
     vertices: np.ndarray
@@ -54,7 +54,7 @@ class Contents(NamedTuple):
     uv: np.ndarray | None
 
 
-def read(path: str | os.PathLike[str]) -> Contents:
+def read(path: str | os.PathLike[str]) -> _MeshArrays:
     """The mesh in a file. Raises NotFoundError; FormatError for what is damaged, cut short, too large or of another
     kind; ParameterError where there are no faces."""
     if not os.path.isfile(path):
@@ -72,12 +72,12 @@ def read(path: str | os.PathLike[str]) -> Contents:
             )
         content = file.read(size)
     try:
-        found = _READERS[suffix](content)
+        mesh = _READERS[suffix](content)
     except (ValueError, LookupError, OverflowError) as error:
         raise FormatError(f"{path}: no {suffix} file that can be read: {error!s:.160}; fetch it again") from None
-    if not len(found.faces):
+    if not len(mesh.faces):
         raise ParameterError(f"{path}: holds no faces, expected a mesh: a cloud of points has no surface")
-    return found
+    return mesh
 
 
 def _lines(content: bytes, start: int = 0) -> Iterator[list[bytes]]:
@@ -111,12 +111,14 @@ def _triangles(counts: np.ndarray, vertices: int, is_split: bool = False) -> np.
     return np.stack([first, first + steps + 1, first + steps + 2], axis=1)
 
 
-def _split(vertices: np.ndarray, faces: np.ndarray, places: np.ndarray, uv: np.ndarray, more: np.ndarray) -> Contents:
+def _split(
+    vertices: np.ndarray, faces: np.ndarray, places: np.ndarray, uv: np.ndarray, more: np.ndarray
+) -> _MeshArrays:
     """A vertex for each vertex, place on a texture and number `more` that meet in a corner; all of these (F, 3)."""
     keys = (faces.reshape(-1) * len(uv) + places.reshape(-1)) * (int(more.max()) + 1) + more.reshape(-1)
     _, first, back = np.unique(keys, return_index=True, return_inverse=True)
     at, on = faces.reshape(-1)[first], places.reshape(-1)[first]
-    return Contents(vertices[at], back.reshape(-1, 3), uv[on])
+    return _MeshArrays(vertices[at], back.reshape(-1, 3), uv[on])
 
 
 def _within(indices: np.ndarray, count: int, what: str) -> np.ndarray:
@@ -128,36 +130,36 @@ def _within(indices: np.ndarray, count: int, what: str) -> np.ndarray:
 # Wavefront .obj
 
 
-def _obj(content: bytes) -> Contents:
+def _obj(content: bytes) -> _MeshArrays:
     vertices, uv, counts = array("d"), array("d"), array("q")
     corners = array("q"), array("q"), array("q")
-    given = [0, 0, 0]
+    lengths = [0, 0, 0]
     for key, *words in _lines(content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")):
         if key == b"v":
             vertices.extend(_floats(words, 3))
-            given[0] += 1
+            lengths[0] += 1
         elif key == b"vt":
             uv.extend(_floats([*words, b"0"], 2))
-            given[1] += 1
+            lengths[1] += 1
         elif key == b"vn":
-            given[2] += 1
+            lengths[2] += 1
         elif key == b"f":
             counts.append(len(words))
             for word in words:
                 for k, number in enumerate(word.split(b"/")):
                     index = int(number or b"0")  # from 1, or backwards from the one before as -1
-                    corners[k].append(index - 1 if index >= 0 else index + given[k])
+                    corners[k].append(index - 1 if index >= 0 else index + lengths[k])
     pairs = np.frombuffer(vertices).reshape(-1, 3) if vertices else np.empty((0, 3))
     v, vt, vn = (np.frombuffer(each, np.int64) if each else np.empty(0, np.int64) for each in corners)
     is_placed, is_lit = (len(each) == len(v) > 0 and each.min() >= 0 for each in (vt, vn))
     at = _triangles(np.array(counts, np.int64), len(pairs), is_placed or is_lit)
     faces = _within(v, len(pairs), "vertices")[at]
     if not (is_placed or is_lit):
-        return Contents(pairs, faces, None)
-    places = _within(vt, given[1], "places")[at] if is_placed else np.zeros_like(faces)
-    lit = _within(vn, given[2], "normals")[at] if is_lit else np.zeros_like(faces)
-    found = _split(pairs, faces, places, np.frombuffer(uv).reshape(-1, 2) if is_placed else np.zeros((1, 2)), lit)
-    return found if is_placed else found._replace(uv=None)
+        return _MeshArrays(pairs, faces, None)
+    places = _within(vt, lengths[1], "places")[at] if is_placed else np.zeros_like(faces)
+    lit = _within(vn, lengths[2], "normals")[at] if is_lit else np.zeros_like(faces)
+    mesh = _split(pairs, faces, places, np.frombuffer(uv).reshape(-1, 2) if is_placed else np.zeros((1, 2)), lit)
+    return mesh if is_placed else mesh._replace(uv=None)
 
 
 def _floats(words: Sequence[bytes], count: int) -> list[float]:
@@ -170,7 +172,7 @@ def _floats(words: Sequence[bytes], count: int) -> list[float]:
 # .off
 
 
-def _off(content: bytes) -> Contents:
+def _off(content: bytes) -> _MeshArrays:
     lines = _lines(content)
     key, *head = next(lines, [b""])
     if key not in (b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF") or head[:1] == [b"BINARY"]:
@@ -188,7 +190,7 @@ def _off(content: bytes) -> Contents:
             raise ValueError(f"a face of {counts[-1]} corners in a line of {len(words)}")
         corners.extend(int(word) for word in words[: counts[-1]])
     at = _triangles(np.array(counts, np.int64), count)
-    return Contents(
+    return _MeshArrays(
         np.array(vertices).reshape(-1, 3), _within(np.array(corners, np.int64), count, "vertices")[at], None
     )
 
@@ -196,7 +198,7 @@ def _off(content: bytes) -> Contents:
 # .stl
 
 
-def _stl(content: bytes) -> Contents:
+def _stl(content: bytes) -> _MeshArrays:
     count = int.from_bytes(content[STL_HEAD - 4 : STL_HEAD], "little")
     if len(content) == STL_HEAD + count * STL_FACE.itemsize:
         corners = np.frombuffer(content, STL_FACE, count, STL_HEAD)["corners"].reshape(-1, 3)
@@ -211,7 +213,7 @@ def _stl(content: bytes) -> Contents:
         if key.lower() != b"endsolid" or len(numbers) % 9:
             raise ValueError(f"is cut short: {len(numbers) // 3} corners, and no endsolid after them")
         corners = np.array(numbers).reshape(-1, 3)
-    return Contents(corners, np.arange(len(corners)).reshape(-1, 3), None)
+    return _MeshArrays(corners, np.arange(len(corners)).reshape(-1, 3), None)
 
 
 # Stanford .ply
@@ -234,7 +236,7 @@ class _Values(NamedTuple):
     counts: np.ndarray
 
 
-def _ply(content: bytes) -> Contents:
+def _ply(content: bytes) -> _MeshArrays:
     lines, data = _ply_header(content)
     form, elements = _ply_elements(lines)
     if form == "ascii":
@@ -244,11 +246,11 @@ def _ply(content: bytes) -> Contents:
         units = np.array(numbers)
     else:
         units = np.frombuffer(data, np.uint8)
-    found: dict[str, dict[str, _Values]] = {}
+    by_element: dict[str, dict[str, _Values]] = {}
     at = 0
     for name, count, properties in elements:
-        found[name], at = _ply_rows(units, at, name, count, properties)
-    return _ply_mesh(found)
+        by_element[name], at = _ply_rows(units, at, name, count, properties)
+    return _ply_mesh(by_element)
 
 
 def _ply_header(content: bytes) -> tuple[list[list[str]], bytes]:
@@ -291,8 +293,8 @@ def _ply_kind(word: str, form: str) -> tuple[np.dtype, int]:
         raise ValueError(f"a property of type {word:.40}, expected one of {', '.join(SCALARS)}")
     if form == "ascii":
         return np.dtype("f8" if SCALARS[word][0] == "f" else "i8"), 1
-    kind = np.dtype(SCALARS[word]).newbyteorder(">" if form == "binary_big_endian" else "<")
-    return kind, kind.itemsize
+    dtype = np.dtype(SCALARS[word]).newbyteorder(">" if form == "binary_big_endian" else "<")
+    return dtype, dtype.itemsize
 
 
 def _ply_rows(
@@ -307,14 +309,14 @@ def _ply_rows(
     lengths, width = _ply_row(data, at, properties)
     if count * width <= len(data) - at:
         rows = data[at : at + count * width].reshape(count, width)
-        found, place = {}, 0
+        by_property, place = {}, 0
         for p, n in zip(properties, lengths, strict=True):
             if p.counted is not None and (_as(rows[:, place : place + p.head], p.counted) != n).any():
                 break
             place += p.head + n * p.size
-            found[p.name] = _Values(_as(rows[:, place - n * p.size : place], p.kind), np.full(count, n))
+            by_property[p.name] = _Values(_as(rows[:, place - n * p.size : place], p.kind), np.full(count, n))
         else:
-            return found, at + count * width
+            return by_property, at + count * width
     return _ply_mixed(data, at, name, count, properties)
 
 
@@ -356,21 +358,21 @@ def _ply_row(data: np.ndarray, at: int, properties: list[_Property]) -> tuple[li
     return lengths, at - start
 
 
-def _as(units: np.ndarray, kind: np.dtype) -> np.ndarray:
+def _as(units: np.ndarray, dtype: np.dtype) -> np.ndarray:
     """Numbers in a row, of bytes or of words."""
     if units.dtype == np.uint8:
-        return np.ascontiguousarray(units).reshape(-1).view(kind)
-    return units.reshape(-1).astype(kind)
+        return np.ascontiguousarray(units).reshape(-1).view(dtype)
+    return units.reshape(-1).astype(dtype)
 
 
-def _ply_mesh(found: dict[str, dict[str, _Values]]) -> Contents:
-    vertex, face = found.get("vertex", {}), found.get("face", {})
+def _ply_mesh(elements: dict[str, dict[str, _Values]]) -> _MeshArrays:
+    vertex, face = elements.get("vertex", {}), elements.get("face", {})
     if vertex and not {*"xyz"} <= vertex.keys():
         raise ValueError(f"vertices of {', '.join(vertex):.60}, expected x, y and z")
     vertices = np.stack([vertex[name].flat.astype(float) for name in "xyz"], axis=1) if vertex else np.empty((0, 3))
     names = [name for name in ("vertex_indices", "vertex_index") if name in face]
     if not names:
-        return Contents(vertices, np.empty((0, 3), np.int64), None)
+        return _MeshArrays(vertices, np.empty((0, 3), np.int64), None)
     corners = face[names[0]]
     places = face.get("texcoord")
     is_split = places is not None and np.array_equal(places.counts, 2 * corners.counts)
@@ -382,8 +384,8 @@ def _ply_mesh(found: dict[str, dict[str, _Values]]) -> Contents:
         return _split(vertices, faces, back.reshape(-1)[at], different.view(float).reshape(-1, 2), np.zeros_like(faces))
     for u, v in PLACES:
         if u in vertex and v in vertex:
-            return Contents(vertices, faces, np.stack([vertex[u].flat, vertex[v].flat], axis=1).astype(float))
-    return Contents(vertices, faces, None)
+            return _MeshArrays(vertices, faces, np.stack([vertex[u].flat, vertex[v].flat], axis=1).astype(float))
+    return _MeshArrays(vertices, faces, None)
 
 
 _READERS: dict[str, Any] = {".ply": _ply, ".obj": _obj, ".stl": _stl, ".off": _off}

@@ -1,4 +1,4 @@
-"""Pictures in passes: sums that grow, what they say about noise, and the file that they are kept in meanwhile."""
+"""Pictures in passes: sums that grow, their noise, and the file that they are kept in meanwhile."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from ..compile.threads import share
 from ..errors import FormatError, MissingDataWarning, warn
-from .kept import ADVICE, Kept
+from .kept import ADVICE, WorkFile
 
 PASS = 32
 """Samples of a pass, or those that are left."""
@@ -23,8 +23,8 @@ Found = tuple[np.ndarray, np.ndarray, int]
 """Of some pixels and one pass: sums of radiance (n, C), the number of samples that meet the shape (n,), and holes."""
 
 
-class Sums(NamedTuple):
-    """What all passes came to, for each pixel: radiance (N, C), samples that met the shape (N,), the sum of squares of
+class PixelSums(NamedTuple):
+    """Sums of all passes for each pixel: radiance (N, C), samples that met the shape (N,), the sum of squares of
     radiance over these (N, C); and in all: samples a pixel, passes, directions without data."""
 
     light: np.ndarray
@@ -33,7 +33,7 @@ class Sums(NamedTuple):
     counts: np.ndarray
 
     @classmethod
-    def zero(cls, pixels: int, channels: int) -> Sums:
+    def zero(cls, pixels: int, channels: int) -> PixelSums:
         """Before the first pass."""
         return cls(np.zeros((pixels, channels)), np.zeros(pixels), np.zeros((pixels, channels)), np.zeros(3, np.int64))
 
@@ -71,13 +71,13 @@ class Sums(NamedTuple):
 
 
 def passes(
-    sums: Sums,
+    sums: PixelSums,
     work: Callable[[slice, int, int], Found],
     parts: list[slice],
     samples: int,
     tolerance: float | None,
     progress: Callable[[int, int], None] | None,
-    checkpoint: Checkpoint | None,
+    checkpoint: RenderCheckpoint | None,
 ) -> None:
     """Add passes to sums until there are so many samples, or until the noise is low enough.
 
@@ -114,7 +114,7 @@ def passes(
         progress(total, total)
 
 
-class Checkpoint(Kept):
+class RenderCheckpoint(WorkFile):
     """A file that holds the sums of a picture, for a render that goes on where another was ended.
 
     `identity`: of the picture; a file with another one is refused.
@@ -124,18 +124,18 @@ class Checkpoint(Kept):
         what = "material, lights, shape, size, seed, channels and version of gonio"
         super().__init__(path, identity, "a picture", what)
 
-    def read(self, pixels: int, channels: int) -> Sums:
+    def read(self, pixels: int, channels: int) -> PixelSums:
         """The sums in the file, or those before the first pass where there is none."""
-        sums = Sums.zero(pixels, channels)
-        held = self.arrays(Sums._fields)
+        sums = PixelSums.zero(pixels, channels)
+        held = self.arrays(PixelSums._fields)
         if held is None:
             return sums
-        found = Sums(**held)
-        if any(a.shape != b.shape or a.dtype != b.dtype for a, b in zip(found, sums, strict=True)):
+        stored = PixelSums(**held)
+        if any(a.shape != b.shape or a.dtype != b.dtype for a, b in zip(stored, sums, strict=True)):
             raise FormatError(f"{self.path}: a checkpoint whose arrays have the wrong shapes; {ADVICE}")
-        return found
+        return stored
 
-    def keep(self, sums: Sums, is_last: bool) -> None:
+    def keep(self, sums: PixelSums, is_last: bool) -> None:
         """Write the sums, unless the last time was just now."""
         self.write(sums._asdict(), is_last)
 

@@ -34,12 +34,12 @@ from .asked import Backdrop, PixelTolerance, Samples, Size
 from .camera import View
 from .estimator import FRONTS
 from .left_out import tell
-from .passes import Checkpoint, Sums, passes, warn_of_holes
+from .passes import PixelSums, RenderCheckpoint, passes, warn_of_holes
 from .pixels import Pixels
 from .scene import Scene
 from .shapes import SHAPES
 from .stage import Stage
-from .traced import Several, Traced
+from .traced import PictureJob, Several
 
 SAMPLES = 32
 """Samples of a pixel where nobody asks for more."""
@@ -128,31 +128,31 @@ def render(
     pixels = Pixels.of(stage, size, seed)
     lit = [(x, *lights_of(x, lights, channels)) for x in materials]
     several = [
-        (x, given, before, after, glows_of(x, given, before, channels, by_power))
-        for x, given, by_power in lit
-        for before, after in [colours_of(x, given, channels, by_power)]
+        (x, sources, before, after, glows_of(x, sources, before, channels, by_power))
+        for x, sources, by_power in lit
+        for before, after in [colours_of(x, sources, channels, by_power)]
     ]
-    m, given, before, after, glowing = several[0]
-    _refuse_lights_inside(stage, given)
-    if all(light.is_formula() for light in given):
+    m, sources, before, after, glowing = several[0]
+    _refuse_lights_inside(stage, sources)
+    if all(light.is_formula() for light in sources):
         job = _job(several, pixels)
-        file = None if checkpoint is None else Checkpoint(checkpoint, job.identity())
-        sums = (Sums.zero if file is None else file.read)(len(pixels.places), job.channels)
+        file = None if checkpoint is None else RenderCheckpoint(checkpoint, job.identity())
+        sums = (PixelSums.zero if file is None else file.read)(len(pixels.places), job.channels)
         passes(sums, job.part, job.parts(), wanted, tolerance, progress, file)
         warn_of_holes(sums.holes)
         if not sums.seen.any():
             rule = "expected a shape within the picture; see its vertices, and camera= (eye, target, field_of_view)"
             raise ParameterError(f"render: nothing is in sight of the camera, {stage.camera!r:.200}; {rule}")
-        found, taken = sums.noise(), sums.samples
-        colour, error = pixels.picture(sums.mean()), None if found is None else pixels.picture(found)
+        errors, taken = sums.noise(), sums.samples
+        colour, error = pixels.picture(sums.mean()), None if errors is None else pixels.picture(errors)
         alpha = pixels.picture(sums.seen[:, None] / taken)[..., 0]
     else:
-        kinds = ", ".join(type(light).__name__ for light in given if not light.is_formula())
+        kinds = ", ".join(type(light).__name__ for light in sources if not light.is_formula())
         if tolerance is not None or checkpoint is not None:
             rule = "tolerance= and checkpoint= are for pictures that are computed as one formula"
             raise ParameterError(f"render: {rule}, and {kinds} is none; write the light with seen, or leave them out")
         refuse_shadows(stage, f"render, under {kinds}, which is a function of arrays")
-        pairs = [(x, light) for x, lights in [(m, given), *glowing] for light in lights]
+        pairs = [(x, light) for x, lights in [(m, sources), *glowing] for light in lights]
         gather = by_arrays.reflected(pairs, before)
         colour, alpha = by_arrays.picture(gather, m.channels or 1, pixels, wanted, progress)
         colour = colour if after is None else transformed(colour, after)
@@ -176,11 +176,11 @@ def _staged(
         shape = m
     stage = Stage.of(shape, camera, ground, backdrop)
     if isinstance(m, Scene):
-        own = [x for x in stage.materials if x is not None]
-        if len(own) < len(stage.materials):
+        materials = [x for x in stage.materials if x is not None]
+        if len(materials) < len(stage.materials):
             rule = "expected one for each, or gn.render(m, shape=scene) with that of all others"
             raise ParameterError(f"render: a part of the scene has no material; {rule}")
-        return stage, own
+        return stage, materials
     if None not in stage.materials:
         rule = "it has materials of its own; write gn.render(scene), or make meshes without material"
         raise ParameterError(f"render: {m!r:.60} is nowhere on shape={shape!r:.60}; {rule}")
@@ -192,8 +192,8 @@ def _check_fronts(stage: Stage) -> None:
     if stage.hulls is None:
         return
     y, x = np.mgrid[:COARSE, :COARSE].astype(np.float32) + np.float32(0.5)
-    found = FRONTS(composite(**stage.values(COARSE)), place=np.stack([x, y], -1))
-    if found["met"].any() and not found["front"].any():
+    hits = FRONTS(composite(**stage.values(COARSE)), place=np.stack([x, y], -1))
+    if hits["met"].any() and not hits["front"].any():
         rule = "expected a camera outside it, and faces whose vertices are counterclockwise as seen from the front"
         raise ParameterError(
             f"render: the camera sees backs alone, as from inside the mesh, and they are black; {rule}"
@@ -217,12 +217,12 @@ def _refuse_lights_inside(stage: Stage, lights: Sequence[Light]) -> None:
             raise ParameterError(f"render: {light!r:.120} is in the {name}, out of which no light gets; {rule}")
 
 
-def _job(several: Sequence[tuple[Any, ...]], pixels: Pixels) -> Traced | Several:
+def _job(several: Sequence[tuple[Any, ...]], pixels: Pixels) -> PictureJob | Several:
     """The picture of one material, or of several. Raises ShapeError where channels do not fit each other."""
     if len(several) == 1:
         m, lights, before, after, glowing = several[0]
-        return Traced.of(m, lights, pixels, before, after, glowing=glowing)
-    jobs = tuple(Traced.of(m, lit, pixels, a, b, part, glow) for part, (m, lit, a, b, glow) in enumerate(several))
+        return PictureJob.of(m, lights, pixels, before, after, glowing=glowing)
+    jobs = tuple(PictureJob.of(m, lit, pixels, a, b, part, glow) for part, (m, lit, a, b, glow) in enumerate(several))
     counts = {job.channels for job in jobs}
     if len(counts - {1}) > 1:
         each = ", ".join(f"{m!r:.40} {job.channels}" for job, (m, *_) in zip(jobs, several, strict=True))
@@ -255,8 +255,8 @@ def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, channels: 
         rule = "a picture shows one material: one number, or one per channel"
         cure = f"for one place of the map m.replace({{{place!r}: values[index]}}), or an option of the file's format"
         raise ShapeError(f"render: {place} is a map of shape {maps}, with channels last; {rule}; {cure}")
-    given = as_lights(default_light(m, channels) if lights is None else lights)
-    return [light.in_numpy() for light in at_wavelengths(given, m)], any(map(has_spectra, given))
+    sources = as_lights(default_light(m, channels) if lights is None else lights)
+    return [light.in_numpy() for light in at_wavelengths(sources, m)], any(map(has_spectra, sources))
 
 
 def default_light(m: Reflectance, channels: Sequence[str | float] | None = None) -> EnvironmentLight:

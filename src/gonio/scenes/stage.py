@@ -17,7 +17,7 @@ from ..formula.text import shown
 from ..formula.world import moved
 from ..machine.caches import at_end
 from ..surfaces.height_field import HeightField
-from ._bodies import Body, Facets, Ground, Solid
+from ._bodies import Body, Ground, Solid, TriangleBody
 from .camera import FRONT, MARGIN, View, facing
 from .heights import laid
 from .mesh import Mesh
@@ -111,8 +111,8 @@ class Stage(NamedTuple):
     def values(self, size: int) -> dict[str, Any]:
         """What kernels need of it, for pictures of so many pixels across."""
         camera = self.camera if self.is_centred else moved(self.camera, (-self.middle).tolist())
-        given = {"bodies": list(self.bodies), "camera": camera, "size": self.size}
-        return {**given, "scale": 2.0 * self.margin / size, "margin": self.margin, "part": 0.0}
+        scene = {"bodies": list(self.bodies), "camera": camera, "size": self.size}
+        return {**scene, "scale": 2.0 * self.margin / size, "margin": self.margin, "part": 0.0}
 
 
 def _holder(shape: Any) -> Mesh | Scene:
@@ -145,7 +145,7 @@ def _refuse_glow(meshes: Sequence[Mesh]) -> None:
 class _Facets(NamedTuple):
     """Meshes as one body; see `Stage`."""
 
-    body: Facets
+    body: TriangleBody
     materials: tuple[Reflectance | None, ...]
     centre: np.ndarray
     radius: float
@@ -178,7 +178,7 @@ def _facets(meshes: Sequence[Mesh]) -> _Facets:
     centre = box.mean(axis=0)
     radius = float(np.linalg.norm(vertices - centre, axis=1).max())
     at = vertices - centre, faces, normals, places, of_faces if len(materials) > 1 else None, box - centre
-    body = Facets.of(*at)
+    body = TriangleBody.of(*at)
     return _Facets(body, tuple(materials), centre, radius, float(box[0, 2]), _hulls(vertices[faces]), told)
 
 
@@ -196,5 +196,5 @@ def _hulls(corners: np.ndarray) -> np.ndarray:
 
 
 def _placed(mesh: Mesh) -> np.ndarray:
-    found = mesh.places
-    return np.zeros((len(mesh.triangles.faces), 9)) if found is None else found
+    places = mesh.places
+    return np.zeros((len(mesh.triangles.faces), 9)) if places is None else places

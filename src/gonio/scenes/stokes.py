@@ -20,7 +20,7 @@ from ..errors import ParameterError
 from ..formula.direction import Direction, cross
 from ..formula.mueller import turn_to
 from ..integrals.illumination import check_channels
-from ..integrals.places import Points
+from ..integrals.places import SeenPoints
 from ..pictures.colour import LUMINANCE, transformed
 from ..pictures.image import Image
 from ..polarization import analyser, dop
@@ -132,8 +132,8 @@ def render_stokes(
     before, after = colours_of(m, lights, channels, by_power)
     arriving = None if polarizer is None else filter_at(polarizer)[:, 0].astype(np.float32)
 
-    def gather(at: Points) -> tuple[np.ndarray, int]:
-        seen = _Seen(at, arriving, before)
+    def gather(at: SeenPoints) -> tuple[np.ndarray, int]:
+        seen = _CameraStokes(at, arriving, before)
         total: Any = 0.0
         missing = 0
         for light in lights:
@@ -148,10 +148,10 @@ def render_stokes(
     return StokesPicture(np.ascontiguousarray(pixels), alpha)
 
 
-class _Seen:
+class _CameraStokes:
     """Stokes vectors (..., C, 4) that leave points for the camera, in its axes."""
 
-    def __init__(self, at: Points, arriving: np.ndarray | None, colour: np.ndarray | None):
+    def __init__(self, at: SeenPoints, arriving: np.ndarray | None, colour: np.ndarray | None):
         self.at, self.arriving, self.colour = at, arriving, colour
         self.lib = ops.library(at.wo)
         right = at.local.local(Direction(1.0, 0.0, 0.0))

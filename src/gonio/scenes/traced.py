@@ -32,7 +32,7 @@ PARTS = 8
 """Parts that small pictures have."""
 
 
-class Traced(NamedTuple):
+class PictureJob(NamedTuple):
     """A picture to be computed, of one material. `matrix`: that by which its channels become those of the picture, of
     `colours` sums if the lights have channels of their own. `glows`: pictures of what it re-radiates, to be added."""
 
@@ -43,7 +43,7 @@ class Traced(NamedTuple):
     colours: int
     own: int  # channels of the scene
     channels: int  # of the picture
-    glows: tuple[Traced, ...] = ()
+    glows: tuple[PictureJob, ...] = ()
 
     @classmethod
     def of(
@@ -56,25 +56,25 @@ class Traced(NamedTuple):
         part: int | None = None,
         glowing: Sequence[tuple[Reflectance, list[Light]]] = (),
         is_glow: bool = False,
-    ) -> Traced:
+    ) -> PictureJob:
         """The picture of a material; the matrices make RGB of its f, or of the radiance. `part`: the number of the
         part that alone counts. `glowing`: what it re-radiates, under which lights; `is_glow`: whether this is such,
         before which lights are not seen."""
         lights = pixels.stage.lit_by(lights)
         lit = [batch.channels(light) or 1 for light in lights]
         colours = 3 if before is not None and 3 in lit else 1
-        given: list[Any] = [*lights]
+        sources: list[Any] = [*lights]
         if colours > 1:
-            given = [composite(**{str(j): of_channel(light, j) for j in range(colours)}) for light in lights]
+            sources = [composite(**{str(j): of_channel(light, j) for j in range(colours)}) for light in lights]
         values = pixels.stage.values(pixels.size) | ({} if part is None else {"part": float(part)})
-        scene = composite(**mapped(m._unlabelled), lights=given, **values)
-        own = batch.channels(scene) or 1
+        scene = composite(**mapped(m._unlabelled), lights=sources, **values)
+        scene_channels = batch.channels(scene) or 1
         matrix = after if before is None else before
-        channels = own if matrix is None else matrix.shape[1]
+        channels = scene_channels if matrix is None else matrix.shape[1]
         backdrop = pixels.stage.backdrop and not part and not is_glow
-        computation = direct(colours, own > UNROLLED, part is not None, backdrop)
+        computation = direct(colours, scene_channels > UNROLLED, part is not None, backdrop)
         glows = tuple(cls.of(glow, lit, pixels, before, after, part, is_glow=True) for glow, lit in glowing)
-        return cls(scene, computation, pixels, matrix, colours, own, channels, glows)
+        return cls(scene, computation, pixels, matrix, colours, scene_channels, channels, glows)
 
     def identity(self) -> str:
         """A hash of all that the picture depends on."""
@@ -92,19 +92,19 @@ class Traced(NamedTuple):
         return runs(len(self.pixels.places), self.own)
 
     def part(self, at: slice, start: int, stop: int) -> Found:
-        """What samples start to stop come to for a run of pixels."""
+        """The sums of samples start to stop for a run of pixels."""
         return tile(self, at, start, stop)
 
     def slopes(self, by: Sequence[str], at: slice, start: int, stop: int) -> tuple[list[np.ndarray], np.ndarray, int]:
-        """What samples start to stop come to for a run of pixels, and its derivatives by numbers of the scene, in the
+        """The sums of samples start to stop for a run of pixels, and their derivatives by numbers of the scene, in the
         channels of the material."""
         arrays = {"pixel": self.pixels.numbers[at], "point": points(start, stop)[None]}
-        found, slopes = self.computation.derivatives(self.scene, by, **arrays)
-        return [found["light"], *slopes], *_counted(found)
+        sums, slopes = self.computation.derivatives(self.scene, by, **arrays)
+        return [sums["light"], *slopes], *_counted(sums)
 
-    def coloured(self, found: dict[str, np.ndarray]) -> np.ndarray:
+    def coloured(self, sums: dict[str, np.ndarray]) -> np.ndarray:
         """The sums of pixels, of one channel at least, in the channels of the picture."""
-        several = [x if x.ndim > 1 else x[:, None] for x in list(found.values())[: self.colours]]
+        several = [x if x.ndim > 1 else x[:, None] for x in list(sums.values())[: self.colours]]
         if self.matrix is None:
             return several[0]
         if self.colours == 1:
@@ -120,27 +120,27 @@ def runs(pixels: int, channels: int) -> list[slice]:
     return [slice(start, min(start + length, pixels)) for start in range(0, pixels, length)]
 
 
-def tile(job: Traced, at: slice | np.ndarray, start: int, stop: int) -> Found:
-    """What samples start to stop come to for a run of pixels."""
-    found = job.computation(job.scene, pixel=job.pixels.numbers[at], point=points(start, stop)[None])
-    light, (met, holes) = job.coloured(found), _counted(found)
+def tile(job: PictureJob, at: slice | np.ndarray, start: int, stop: int) -> Found:
+    """The sums of samples start to stop for a run of pixels."""
+    sums = job.computation(job.scene, pixel=job.pixels.numbers[at], point=points(start, stop)[None])
+    light, (met, holes) = job.coloured(sums), _counted(sums)
     for glow in job.glows:
         more, _, missing = tile(glow, at, start, stop)
         light, holes = light + more, holes + missing
     return light, met, holes
 
 
-def _counted(found: dict[str, np.ndarray]) -> tuple[np.ndarray, int]:
+def _counted(sums: dict[str, np.ndarray]) -> tuple[np.ndarray, int]:
     """How many samples of each pixel met the shape, and how many directions are without data."""
-    met = found["seen"] if found["seen"].ndim == 1 else found["seen"][:, 0]
-    return met, int(found["holes"].reshape(len(met), -1).sum(axis=0).max())
+    met = sums["seen"] if sums["seen"].ndim == 1 else sums["seen"][:, 0]
+    return met, int(sums["holes"].reshape(len(met), -1).sum(axis=0).max())
 
 
 class Several(NamedTuple):
     """A picture to be computed, of several materials: of each the pixels that show it, and which these are is counted
     before, by the same rays."""
 
-    jobs: tuple[Traced, ...]
+    jobs: tuple[PictureJob, ...]
     pixels: Pixels
     channels: int
 
@@ -153,7 +153,7 @@ class Several(NamedTuple):
         return runs(len(self.pixels.places), max(job.own for job in self.jobs))
 
     def part(self, at: slice, start: int, stop: int) -> Found:
-        """What samples start to stop come to for a run of pixels."""
+        """The sums of samples start to stop for a run of pixels."""
         arrays = {"pixel": self.pixels.numbers[at], "point": points(start, stop)[None]}
         counts = shares(len(self.jobs))(self.jobs[0].scene, **arrays)
         # Where bodies touch, kernels may disagree about which one is nearer: what is seen is counted by one of them.
@@ -165,7 +165,7 @@ class Several(NamedTuple):
         for job, count in zip(self.jobs, counts.values(), strict=True):
             shown = np.flatnonzero(count)
             if len(shown):
-                found, _, missing = tile(job, at.start + shown, start, stop)
-                light[shown] += found
+                radiance, _, missing = tile(job, at.start + shown, start, stop)
+                light[shown] += radiance
                 holes += missing
         return light, seen, holes

@@ -47,7 +47,7 @@ ANGLES = {
 AZIMUTHS = tuple(name for name, angle in ANGLES.items() if angle.highest is None)
 
 
-class Nodes(NamedTuple):
+class NodeCounts(NamedTuple):
     """Numbers of nodes along the isotropic axes of a system, and along its oriented axes."""
 
     isotropic: tuple[int, ...]
@@ -75,9 +75,9 @@ class AngleSystem(NamedTuple):
     oriented: tuple[str, ...]
     angles: Callable[[Direction, Direction, bool], list[Any]]
     pairs: Callable[..., tuple[np.ndarray, np.ndarray]]
-    coarse: Nodes
-    fine: Nodes
-    tabulated: Nodes | None = None
+    coarse: NodeCounts
+    fine: NodeCounts
+    tabulated: NodeCounts | None = None
     exchange: Mapping[str, tuple[str, float, float]] = MappingProxyType({})
 
     def axes(self, oriented: bool) -> tuple[str, ...]:
@@ -188,9 +188,9 @@ SYSTEMS = {
             ("theta_i", "theta_o", "phi_i", "phi_o"),
             _angles,
             _pairs_of_angles,
-            coarse=Nodes((31, 31, 36), (13, 13, 24, 24)),
-            fine=Nodes((46, 46, 72), (19, 19, 36, 36)),
-            tabulated=Nodes((46, 46, 72), (19, 19, 36, 36)),
+            coarse=NodeCounts((31, 31, 36), (13, 13, 24, 24)),
+            fine=NodeCounts((46, 46, 72), (19, 19, 36, 36)),
+            tabulated=NodeCounts((46, 46, 72), (19, 19, 36, 36)),
             exchange={**_EXCHANGED, "phi_i": ("phi_o", 1.0, 0.0), "phi_o": ("phi_i", 1.0, 0.0)},
         ),
         AngleSystem(
@@ -200,8 +200,8 @@ SYSTEMS = {
             ("theta_i", "theta_o", "phi", "phi_i"),
             _relative,
             _pairs_of_relative,
-            coarse=Nodes((31, 31, 36), (13, 13, 24, 24)),
-            fine=Nodes((46, 46, 72), (19, 19, 36, 36)),
+            coarse=NodeCounts((31, 31, 36), (13, 13, 24, 24)),
+            fine=NodeCounts((46, 46, 72), (19, 19, 36, 36)),
             exchange=_EXCHANGED,
         ),
         AngleSystem(
@@ -211,9 +211,9 @@ SYSTEMS = {
             ("theta_h", "theta_d", "phi_d", "phi_h"),
             _half,
             _pairs_of_half,
-            coarse=Nodes((46, 31, 36), (23, 16, 24, 16)),
-            fine=Nodes((90, 46, 72), (45, 23, 36, 32)),
-            tabulated=Nodes((90, 46, 36), (45, 23, 24, 32)),
+            coarse=NodeCounts((46, 31, 36), (23, 16, 24, 16)),
+            fine=NodeCounts((90, 46, 72), (45, 23, 36, 32)),
+            tabulated=NodeCounts((90, 46, 36), (45, 23, 24, 32)),
             exchange={
                 "theta_h": ("theta_h", 1.0, 0.0),
                 "theta_d": ("theta_d", 1.0, 0.0),
@@ -228,8 +228,8 @@ SYSTEMS = {
             ("theta_i", "radial", "azimuth", "phi_i"),
             _specular,
             _pairs_of_specular,
-            coarse=Nodes((19, 46, 24), (10, 23, 16, 16)),
-            fine=Nodes((31, 61, 36), (16, 41, 24, 24)),
+            coarse=NodeCounts((19, 46, 24), (10, 23, 16, 16)),
+            fine=NodeCounts((31, 61, 36), (16, 41, 24, 24)),
         ),
     )
 }

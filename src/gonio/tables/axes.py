@@ -12,7 +12,7 @@ from ..arrays import ops
 from ..errors import ParameterError, TooLargeError
 from ..formula.table_warp import Slices, bracket
 from ..machine.memory import physical
-from .angle_systems import ANGLES, AZIMUTHS, AngleSystem, Nodes, angle_system
+from .angle_systems import ANGLES, AZIMUTHS, AngleSystem, NodeCounts, angle_system
 
 INSIDE = 1e-6
 """Angles up to this [rad] beyond the outermost nodes count as between them."""
@@ -50,7 +50,7 @@ def fits(pairs: float, asked: str) -> None:
 
 
 def nodes_of(
-    system: AngleSystem, oriented: bool, resolution: Any, usual: Nodes, periods: Mapping[str, float] | None = None
+    system: AngleSystem, oriented: bool, resolution: Any, usual: NodeCounts, periods: Mapping[str, float] | None = None
 ) -> dict[str, np.ndarray]:
     """Nodes of a system's axes, `resolution` along each, or `usual` if that is None. Raises what `counts` does."""
     names = system.axes(oriented)
@@ -188,9 +188,9 @@ def _axis(name: str, nodes: np.ndarray, period: float, mirrored: bool) -> Axis:
             closed = np.append(nodes, nodes[0] + period)
     spacing, start, step = "uneven", float(nodes[0]), 1.0
     if len(closed) > 1:
-        for kind, x in (("even", closed), ("even in square root", np.sqrt(np.maximum(closed, 0.0)))):
+        for evenness, x in (("even", closed), ("even in square root", np.sqrt(np.maximum(closed, 0.0)))):
             even = np.linspace(x[0], x[-1], len(x))
-            if np.abs(x - even).max() <= 1e-10 * (x[-1] - x[0]) and not (period and kind != "even"):
-                spacing, start, step = kind, float(x[0]), float(x[-1] - x[0]) / (len(x) - 1)
+            if np.abs(x - even).max() <= 1e-10 * (x[-1] - x[0]) and not (period and evenness != "even"):
+                spacing, start, step = evenness, float(x[0]), float(x[-1] - x[0]) / (len(x) - 1)
                 break
     return Axis(spacing, start, step, len(closed), period, mirrored, float(nodes[0]), float(nodes[-1]))

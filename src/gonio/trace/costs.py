@@ -24,8 +24,8 @@ class Choice(NamedTuple):
     kept: frozenset[int]
 
 
-class View:
-    """What is known of a graph before it is rewritten."""
+class GraphFacts:
+    """Facts about a graph before it is rewritten."""
 
     def __init__(self, graph: Graph, outputs: Sequence[int], fixed: Collection[int]):
         self.graph, self.outputs, self.fixed = graph, list(outputs), frozenset(fixed)

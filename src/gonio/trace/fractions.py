@@ -26,7 +26,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
-from .costs import Choice, View
+from .costs import Choice, GraphFacts
 from .graph import REAL, Graph
 
 TOGETHER = {"float32": 4, "float64": 24}
@@ -63,7 +63,7 @@ def fewer_operations(
 
     `fixed`: the numbers of arrays whose entries are the same along the inner axis.
     """
-    view = View(graph, outputs, fixed)
+    view = GraphFacts(graph, outputs, fixed)
     made = [(graph, list(outputs)), *(_Rewriting(view, choice, dtype).result() for choice in view.choices())]
     return min(made, key=view.cost)
 
@@ -91,7 +91,7 @@ class _Factor(NamedTuple):
 class _Rewriting:
     """A graph seen as products of powers of atoms, and the graph that is written from them."""
 
-    def __init__(self, view: View, choice: Choice, dtype: str):
+    def __init__(self, view: GraphFacts, choice: Choice, dtype: str):
         self.view, self.choice, self.graph, self.new = view, choice, view.graph, Graph()
         self.together, self.guard = TOGETHER[dtype], GUARD[dtype]
         self.products: dict[int, Product] = {}  # of the nodes of the graph
@@ -219,19 +219,19 @@ class _Rewriting:
             total |= nodes
         return total
 
-    def _fact(self, known: Nodes, atom: int) -> Nodes:
+    def _fact(self, facts: Nodes, atom: int) -> Nodes:
         """What a fact about an atom needs, which follows from its being above 0, too."""
         test = self.tested.get(atom)
-        return known if test is None or (known is not None and len(known) < 2) else frozenset((test,))
+        return facts if test is None or (facts is not None and len(facts) < 2) else frozenset((test,))
 
     def _multiply(self, a: Product, b: Product, node: int) -> Product | None:
         """The product of two; None where it has a factor above the line and below it that may be 0 at the node."""
-        other, known = dict(b.powers), self.view.above_zero[node]
+        other, facts = dict(b.powers), self.view.above_zero[node]
         opposite = [k for k, e in a.powers if other.get(k, 0) * e < 0]
         if not opposite:
             return _times(a, b)
         needed = [(k, self._fact(self.atoms[k].nonzero, k)) for k in opposite]
-        doubtful = {k for k, nodes in needed if nodes is None or not nodes <= known}
+        doubtful = {k for k, nodes in needed if nodes is None or not nodes <= facts}
         if any(self.atoms[k].varies for k in doubtful):
             return None
         if doubtful:  # parameters, whose quotient is computed once
@@ -412,7 +412,7 @@ _FACTS: dict[str, Callable[[_Rewriting, Sequence[Product]], Facts]] = {
     "sqrt": lambda by, products: (NONE, None),
     "ierfc": lambda by, products: (NONE, None),
 }
-"""What is known of the results of operations: what these need to be positive, and not to be 0."""
+"""Facts about the results of operations: the conditions for these to be positive, and not to be 0."""
 
 
 def _all(needed: Iterable[Nodes]) -> Nodes:

@@ -19,7 +19,7 @@ from ..integrals.over_hemisphere import directions, in_double
 from ..numerics.lattice import lattice
 
 
-class Pairs(NamedTuple):
+class WeightedPairs(NamedTuple):
     """Pairs of directions (n, 3) and their weights (n,), for the results number `row`: (n,), or one for all."""
 
     row: np.ndarray | int
@@ -36,7 +36,7 @@ class Linear(NamedTuple):
 
     shape: tuple[int, ...]
     sampled: bool
-    pairs: Callable[[int], Iterator[Pairs]]
+    pairs: Callable[[int], Iterator[WeightedPairs]]
 
 
 def linear(function: Callable, arguments: dict[str, Any]) -> Linear | None:
@@ -61,10 +61,10 @@ def pointwise(wi: Any, wo: Any, out: Any = None, uv: Any = None) -> Linear:
     shape = np.broadcast_shapes(*(w.shape[:-1] for w in sides))
     flat = [in_double(np.broadcast_to(w, (*shape, 3))) for w in sides]
 
-    def pairs(n: int) -> Iterator[Pairs]:
+    def pairs(n: int) -> Iterator[WeightedPairs]:
         for start in range(0, len(flat[0]), 1 << 16):
             wi, wo = (w[start : start + (1 << 16)] for w in flat)
-            yield Pairs(np.arange(start, start + len(wi)), wi, wo, np.ones(len(wi)))
+            yield WeightedPairs(np.arange(start, start + len(wi)), wi, wo, np.ones(len(wi)))
 
     return Linear(shape, False, pairs)
 
@@ -80,7 +80,7 @@ def _factor(incident: Any, collected: Any, share: float = 1.0, sky: Any = None, 
     ends = [in_double(np.broadcast_to(x, (*shape, 3))) if isinstance(x, np.ndarray) else x for x in sides]
     count, free = math.prod(shape), sum(not isinstance(x, np.ndarray) for x in ends)
 
-    def pairs(n: int) -> Iterator[Pairs]:
+    def pairs(n: int) -> Iterator[WeightedPairs]:
         u = lattice(n if free else 1, max(2 * free, 2))
         spread: list[Any] = []
         weight = np.full(len(u), math.pi * share / len(u))
@@ -93,7 +93,7 @@ def _factor(incident: Any, collected: Any, share: float = 1.0, sky: Any = None, 
             spread.append(np.nan_to_num(w))
         for row in range(count):
             wi, wo = (w[row : row + 1] if isinstance(x, np.ndarray) else w for x, w in zip(ends, spread, strict=True))
-            yield Pairs(row, wi, wo, weight)
+            yield WeightedPairs(row, wi, wo, weight)
 
     return Linear(shape, free > 0, pairs)
 

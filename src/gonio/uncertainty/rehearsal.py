@@ -36,7 +36,7 @@ FADES = 0.25 * math.pi
 """Distance [rad] from the only node of an axis from which on nothing is known."""
 
 
-class Part(NamedTuple):
+class ErrorPart(NamedTuple):
     """A part of the error of n results, by `name`.
 
     error      (n, C), of either sign
@@ -48,10 +48,10 @@ class Part(NamedTuple):
     error: np.ndarray
     of_values: sparse.csr_array | None = None
 
-    def less(self, other: Part) -> Part:
+    def less(self, other: ErrorPart) -> ErrorPart:
         """The part of the error of a difference."""
         of_values = None if self.of_values is None or other.of_values is None else self.of_values - other.of_values
-        return Part(self.name, self.error - other.error, of_values)
+        return ErrorPart(self.name, self.error - other.error, of_values)
 
 
 class Ruler(NamedTuple):
@@ -144,7 +144,7 @@ class Rehearsal:
             table = filled_in_layers(np.where(empty, 0.0, table).reshape(*self.shape, -1), wraps)[0]
         self.table = table.reshape(math.prod(self.shape), -1)
 
-    def parts(self, of: Linear, noisy: bool) -> list[Part]:
+    def parts(self, of: Linear, noisy: bool) -> list[ErrorPart]:
         """The parts of the error of results of a linear function."""
         n = FEWEST if of.sampled else 1
         kinds = self._kinds()
@@ -205,7 +205,9 @@ class Rehearsal:
             return near.served * np.minimum(ruler.axis.apart(near.angles[k], ruler.axis.first) / FADES, 1.0)
         return near.served
 
-    def _parts(self, key: tuple[str, int], rows: sparse.csr_array, of: Linear, n: int, noisy: bool) -> Iterator[Part]:
+    def _parts(
+        self, key: tuple[str, int], rows: sparse.csr_array, of: Linear, n: int, noisy: bool
+    ) -> Iterator[ErrorPart]:
         what, k = key
         name = list(self.m.axes)[k]
         if what == "between":
@@ -216,14 +218,14 @@ class Rehearsal:
             axes = tuple(j for j in range(len(self.shape)) if self.shape[j] > 1)
             grid = self.table.reshape(*self.shape, -1)
             spread = np.abs(grid - grid.mean(axis=axes, keepdims=True)).reshape(self.table.shape)
-            yield Part(f"only {name}", rows @ spread)
+            yield ErrorPart(f"only {name}", rows @ spread)
         else:
-            known = coefficients(self.m, of, n)
+            linear = coefficients(self.m, of, n)
             table = np.nan_to_num(by_channel(self.m.brdf(), self.m))
-            given = np.stack([known.of(c) @ table[:, c] for c in range(table.shape[1])], axis=1)
-            yield Part("missing", rows @ self.table - given)
+            at_nodes = np.stack([linear.of(c) @ table[:, c] for c in range(table.shape[1])], axis=1)
+            yield ErrorPart("missing", rows @ self.table - at_nodes)
 
-    def _between(self, rows: sparse.csr_array, k: int, noisy: bool) -> Iterator[Part]:
+    def _between(self, rows: sparse.csr_array, k: int, noisy: bool) -> Iterator[ErrorPart]:
         """Along an axis: by all nodes, and by the difference of every second one from the others."""
         ruler, name = self.rulers[k], f"between {list(self.m.axes)[k]}"
         if self.m.interpolation == "nearest":
@@ -234,7 +236,7 @@ class Rehearsal:
         yield self._part(name, rows, ruler.curvature, k, noisy)
         if ruler.axis.period and np.diff(ruler.places).max(initial=0.0) > APART + SAME:
             off = self._beside_noise(self._along(ruler.curvature, k), ruler.curvature, k)
-            yield Part(f"few {name}", UNRESOLVED * rows @ off)
+            yield ErrorPart(f"few {name}", UNRESOLVED * rows @ off)
             return
         sign = np.ones(self.shape)
         np.moveaxis(sign, k, 0)[1::2] = -1.0
@@ -250,14 +252,14 @@ class Rehearsal:
         noise = ((along * along) @ squares.reshape(len(squares), -1)).reshape(squares.shape)
         return np.sqrt(np.maximum(table**2 - np.moveaxis(noise, 0, k).reshape(table.shape), 0.0))
 
-    def _part(self, name: str, rows: sparse.csr_array, along: sparse.csr_array, k: int, noisy: bool) -> Part:
+    def _part(self, name: str, rows: sparse.csr_array, along: sparse.csr_array, k: int, noisy: bool) -> ErrorPart:
         """Sums over the table that a matrix (nodes, nodes) makes along an axis."""
         of_values = None
         if noisy:
             before, behind = (sparse.eye_array(math.prod(part)) for part in (self.shape[:k], self.shape[k + 1 :]))
             full = sparse.kron(sparse.kron(before, along), behind, format="csr")
             of_values = sparse.csr_array(rows @ full)
-        return Part(name, rows @ self._along(along, k), of_values)
+        return ErrorPart(name, rows @ self._along(along, k), of_values)
 
     def _along(self, matrix: sparse.csr_array, k: int) -> np.ndarray:
         """The table (nodes, C) that a matrix makes along an axis."""

@@ -17,7 +17,7 @@ from ..tables.half_planes import ALIKE
 from ..tables.interpolation import NEIGHBOURS, Rows, angles_of, at_angles, places_of
 from ..tables.scattered import Scattered
 from .functionals import Linear
-from .rehearsal import FADES, Part, Rehearsal
+from .rehearsal import FADES, ErrorPart, Rehearsal
 from .sensitivity import FEWEST, coefficients
 
 TARGETS = 2000
@@ -38,10 +38,10 @@ class RowRehearsal(Rehearsal):
     m: Scattered
     within = False
 
-    def parts(self, of: Linear, noisy: bool) -> list[Part]:
+    def parts(self, of: Linear, noisy: bool) -> list[ErrorPart]:
         return [*super().parts(of, noisy), *self._by_rows(of, noisy)]
 
-    def _by_rows(self, of: Linear, noisy: bool) -> Iterator[Part]:
+    def _by_rows(self, of: Linear, noisy: bool) -> Iterator[ErrorPart]:
         m, four = self.m, tree.is_oriented(self.m)
         rows = coefficients(m, of, FEWEST if of.sampled else 1).of(0)
         angles = angles_of(m.axes, four)
@@ -62,10 +62,10 @@ class RowRehearsal(Rehearsal):
                     noise.append(_less(rows, without[nearest]))
             for factor, sign in ((scale, 1.0), (0.5, -1.0)):
                 of_values = sparse.csr_array(factor * (noise[0] + sign * noise[1])) if noise else None
-                yield Part(name, factor * few @ (changes[0] + sign * changes[1]), of_values)
-        yield Part("far", few @ self._far(neighbours, places_of(there, four, m.is_mirrored)))
+                yield ErrorPart(name, factor * few @ (changes[0] + sign * changes[1]), of_values)
+        yield ErrorPart("far", few @ self._far(tree, places_of(there, four, m.is_mirrored)))
         if len(_bins(_coordinates(m)[-1], math.inf)) == 1:
-            yield Part("off plane", few @ self._off_plane(some, there))
+            yield ErrorPart("off plane", few @ self._off_plane(some, there))
 
     def left_out(self) -> Iterator[tuple[float, list[Gridded]]]:
         angles = angles_of(self.m.axes, tree.is_oriented(self.m))

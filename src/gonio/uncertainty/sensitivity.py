@@ -15,7 +15,7 @@ from ..evaluate.tracing import Task
 from ..formula.direction import Direction, served
 from ..tables._lookup import LEAST_KNOWN
 from ..tables.gridded import Gridded
-from .functionals import Linear, Pairs
+from .functionals import Linear, WeightedPairs
 
 FEWEST, MOST = 1 << 13, 1 << 18
 """Pairs of directions for an integral, at first and at most."""
@@ -90,18 +90,18 @@ def _patterns(valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([np.frombuffer(key, dtype=bool) for key in numbers]), np.array(pattern)
 
 
-def around(m: Gridded, pairs: Pairs) -> Around:
+def around(m: Gridded, pairs: WeightedPairs) -> Around:
     """The nodes of the grid around pairs."""
     corners = (1 if m.interpolation == "nearest" else 2) ** sum(axis.size > 1 for axis in m.layout)
     inputs = [np.ascontiguousarray(w) for w in (pairs.wi, pairs.wo)]
     outputs = (SCALAR,) * (2 * corners + len(m.layout) + 2)
-    found = [np.asarray(x) for x in batch.run(Task(_kernel, outputs, (3, 3)), m, inputs)]
-    closed = np.unravel_index(np.rint(found[:corners]).astype(np.int64), [axis.size for axis in m.layout])
+    arrays = [np.asarray(x) for x in batch.run(Task(_kernel, outputs, (3, 3)), m, inputs)]
+    closed = np.unravel_index(np.rint(arrays[:corners]).astype(np.int64), [axis.size for axis in m.layout])
     grid = [len(x) for x in m.axes.values()]
     node = np.ravel_multi_index([i % k for i, k in zip(closed, grid, strict=True)], grid)
-    *angles, served_, within = found[2 * corners :]
+    *angles, served_, within = arrays[2 * corners :]
     return Around(
-        node, np.asarray(found[corners : 2 * corners]), np.asarray(closed), np.asarray(angles), served_, within
+        node, np.asarray(arrays[corners : 2 * corners]), np.asarray(closed), np.asarray(angles), served_, within
     )
 
 
@@ -132,7 +132,7 @@ def _shares(m: Gridded, node: np.ndarray, weight: np.ndarray, usable: np.ndarray
     return np.where(enough, weight / np.where(enough, left, 1.0), 0.0)
 
 
-def row(node: np.ndarray, weight: np.ndarray, pairs: Pairs, nodes: int) -> sparse.csr_array:
+def row(node: np.ndarray, weight: np.ndarray, pairs: WeightedPairs, nodes: int) -> sparse.csr_array:
     """Sums (n, nodes) over pairs of their weights times those (K, n) of the nodes (K, n) around them."""
     weight = weight * pairs.weight
     if isinstance(pairs.row, int):

@@ -18,7 +18,7 @@ from ..tables.scattered import Scattered
 from .correlation import Factors, in_words, lengths
 from .functionals import Linear
 from .latent import Latent, Ledger
-from .rehearsal import Part, Rehearsal
+from .rehearsal import ErrorPart, Rehearsal
 from .row_rehearsal import RowRehearsal
 from .sensitivity import FEWEST, MOST, STEADY, TRIED, Coefficients, by_channel, coefficients
 
@@ -93,16 +93,16 @@ class TableErrors:
         if not self.noisy:
             return errors
         noise = np.stack([self._noise_of(part) for part in parts], axis=-1)
-        known = np.array([part.of_values is not None for part in parts])
-        squares = (errors[..., known] ** 2).sum(axis=-1)
+        has_coefficients = np.array([part.of_values is not None for part in parts])
+        squares = (errors[..., has_coefficients] ** 2).sum(axis=-1)
         left = np.maximum(squares - (noise**2).sum(axis=-1), 0.0) / np.where(squares > 0.0, squares, 1.0)
-        return np.where(known, errors * np.sqrt(left)[..., None], errors)
+        return np.where(has_coefficients, errors * np.sqrt(left)[..., None], errors)
 
     @cached_property
     def rehearsal(self) -> Rehearsal:
         return RowRehearsal(self.m) if isinstance(self.m, Scattered) else Rehearsal(self.m)
 
-    def _noise_of(self, part: Part) -> np.ndarray:
+    def _noise_of(self, part: ErrorPart) -> np.ndarray:
         """The standard uncertainty (n, C) of a part by errors of the values, 0 where that is unknown."""
         if part.of_values is None:
             return np.zeros(part.error.shape)

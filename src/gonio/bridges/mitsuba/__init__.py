@@ -87,17 +87,17 @@ def scene(
     mi = _mitsuba()
     from ...integrals.illumination import as_lights
     from ...scenes.rendering import default_light
-    from .scenes import Writer, dictionary
+    from .scenes import SceneWriter, dictionary
 
     if isinstance(m, Scene):
         if shape != "sphere":
             raise ParameterError(f"mitsuba.scene: a scene, and shape={shape!r:.60}; expected the scene alone")
-        own, shape = None, m
+        material, shape = None, m
     else:
-        own = m
+        material = m
     if lights is None:
-        lights = EnvironmentLight.studio() if own is None else default_light(own)
-    return dictionary(Writer(mi, bsdf), own, shape, as_lights(lights), camera, ground, size, samples)
+        lights = EnvironmentLight.studio() if material is None else default_light(material)
+    return dictionary(SceneWriter(mi, bsdf), material, shape, as_lights(lights), camera, ground, size, samples)
 
 
 @checked

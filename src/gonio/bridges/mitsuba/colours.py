@@ -14,9 +14,9 @@ from ...catalogue.colours import basis
 from ...errors import ParameterError
 from ...formula.fields import Channels
 from ...pictures.colour import LUMINANCE, rgb_of
-from .numbers import Number
+from .numbers import MitsubaNumber
 
-Evaluate = Callable[[Callable[[Number], Any]], list[Any]]
+Evaluate = Callable[[Callable[[MitsubaNumber], Any]], list[Any]]
 """Evaluates the formula's channels with the value of each number that a function gives."""
 
 
@@ -66,7 +66,7 @@ class Colours:
             total = total + value * _between(self.mi, spectrum, low, share)
         return total
 
-    def along(self, numbers: Sequence[Number], wavelengths: Any, evaluate: Evaluate) -> Any:
+    def along(self, numbers: Sequence[MitsubaNumber], wavelengths: Any, evaluate: Evaluate) -> Any:
         """The colour of a material with wavelengths: numbers are taken at those of the ray, values of tables between
         the two next to it."""
         mi, between_values = self.mi, any(isinstance(n.field, Channels) for n in numbers)
@@ -74,10 +74,12 @@ class Colours:
         for w in wavelengths:
             low, share = self._beside(w)
             if between_values:
-                a, b = (evaluate(partial(Number.between, mi=mi, channel=c, share=0.0))[0] for c in (low, low + 1))
+                a, b = (
+                    evaluate(partial(MitsubaNumber.between, mi=mi, channel=c, share=0.0))[0] for c in (low, low + 1)
+                )
                 lanes.append(a + (b - a) * share)
             else:
-                lanes += evaluate(partial(Number.between, mi=mi, channel=low, share=share))
+                lanes += evaluate(partial(MitsubaNumber.between, mi=mi, channel=low, share=share))
         return mi.Spectrum(lanes)
 
     def _beside(self, wavelength: Any) -> tuple[Any, Any]:

@@ -15,7 +15,7 @@ from ...formula import tree
 from ...formula.fields import Channels, Field, Param, Wavelengths
 
 
-class Number(NamedTuple):
+class MitsubaNumber(NamedTuple):
     """A number of the formula: its name in Mitsuba ("" for one that is no parameter), its declaration, its value: a
     Float, a Color3f of three channels, or a Float of all of them."""
 
@@ -62,14 +62,14 @@ class Number(NamedTuple):
         return getattr(dr, way)(dr.detach(self.value))
 
 
-def numbers(mi: Any, m: Reflectance) -> list[Number]:
+def numbers(mi: Any, m: Reflectance) -> list[MitsubaNumber]:
     """The numbers of a material, in the order of its traces.
 
     Raises ParameterError for maps, and where two parameters would have one name.
     """
     import drjit as dr
 
-    found: list[Number] = []
+    listed: list[MitsubaNumber] = []
     for (path, field, _, owner), leaf in zip(tree.numbers(m), content(m).leaves, strict=True):
         array = np.asarray(leaf.numbers if isinstance(leaf, Fixed) else leaf, dtype=float)
         if array.ndim > 1:
@@ -78,13 +78,13 @@ def numbers(mi: Any, m: Reflectance) -> list[Number]:
                 f"or one per channel: Mitsuba's own `blendbsdf` takes a texture as the weight of two materials"
             )
         name = path.replace(".", "_") if isinstance(field, Param) else ""
-        if name and name in {other.name for other in found}:
+        if name and name in {other.name for other in listed}:
             raise ParameterError(f"mitsuba.bsdf: two parameters would be called {name!r} in Mitsuba")
         flat = array.reshape(-1)
         value = mi.Color3f(*flat.tolist()) if flat.size == 3 else mi.Float(flat.tolist())
         dr.make_opaque(value)
-        found.append(Number(name, field, value, flat.size))
-    return found
+        listed.append(MitsubaNumber(name, field, value, flat.size))
+    return listed
 
 
 def tables(mi: Any, m: Reflectance) -> list[Any]:
@@ -96,10 +96,10 @@ def tables(mi: Any, m: Reflectance) -> list[Any]:
     return flat
 
 
-def _flat(table: np.ndarray, kind: type) -> Any:
-    return kind(np.ascontiguousarray(table, np.float32).reshape(-1))
+def _flat(table: np.ndarray, array_type: type) -> Any:
+    return array_type(np.ascontiguousarray(table, np.float32).reshape(-1))
 
 
-def parameters(held: list[Number]) -> Iterator[Number]:
+def parameters(held: list[MitsubaNumber]) -> Iterator[MitsubaNumber]:
     """Those that optimization may move."""
     return (number for number in held if number.name and not isinstance(number.field, (Channels, Wavelengths)))

@@ -16,7 +16,7 @@ from ...evaluate.tracing import Task, traced
 from ...formula import tree
 from ...models.lambertian import Lambertian
 from .colours import Colours
-from .numbers import Number, numbers, parameters, tables
+from .numbers import MitsubaNumber, numbers, parameters, tables
 from .walk import walk
 
 
@@ -45,7 +45,7 @@ class Carried:
         task: Task,
         wanted: Sequence[int],
         inputs: Sequence[Sequence[Any]],
-        value: Callable[[Number, int], Any] | None = None,
+        value: Callable[[MitsubaNumber, int], Any] | None = None,
     ) -> list[list[Any]]:
         """Some of the results of a task, each as a list of numbers; `value`: the numbers of the material."""
         mi, held = self.mi, self.numbers
@@ -102,10 +102,10 @@ def _flags_of(mi: Any, m: Reflectance) -> list[int]:
     kinds: dict[int, int] = {}
     for back, side in ((False, mi.BSDFFlags.FrontSide), (True, mi.BSDFFlags.BackSide)):
         for lobe in _lobes(m, back):
-            kind = _kind(mi, lobe, m)
-            kinds[kind] = kinds.get(kind, 0) | int(side)
+            flag = _kind(mi, lobe, m)
+            kinds[flag] = kinds.get(flag, 0) | int(side)
     common = int(mi.BSDFFlags.Anisotropic) if tree.is_oriented(m) else 0
-    return [kind | sides | common for kind, sides in kinds.items()]
+    return [flag | sides | common for flag, sides in kinds.items()]
 
 
 def _kind(mi: Any, lobe: Reflectance, m: Reflectance) -> int:

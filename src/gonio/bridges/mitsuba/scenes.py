@@ -37,7 +37,7 @@ FAR = 1e4
 """Half the side of the ground, over the size of what stands on it."""
 
 
-class Writer:
+class SceneWriter:
     """What Mitsuba has for the things of a scene. `mi`: Mitsuba; `bsdf`: makes one of a reflectance."""
 
     def __init__(self, mi: Any, bsdf: Callable[[Reflectance], Any]):
@@ -75,9 +75,9 @@ class Writer:
         """A camera."""
         eye, target, up = (np.asarray(x).tolist() for x in (camera.eye, camera.target, camera.up))
         at = self.turn().look_at(origin=eye, target=target, up=up)
-        kind: dict[str, Any] = {"type": "orthographic"}
+        projection: dict[str, Any] = {"type": "orthographic"}
         if isinstance(camera, Camera):
-            kind = {"type": "perspective", "fov": math.degrees(float(camera.field_of_view))}
+            projection = {"type": "perspective", "fov": math.degrees(float(camera.field_of_view))}
         elif isinstance(camera, OrthographicCamera):
             half = 0.5 * float(camera.width)
             at = at @ self.turn().scale([half, half, 1.0])
@@ -86,14 +86,14 @@ class Writer:
             raise ParameterError(f"mitsuba.scene: {camera!r:.60} is a camera of its own kind; {rule}")
         film = {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}}
         sampler = {"type": "multijitter", "sample_count": samples}
-        return {**kind, "to_world": at, "film": film, "sampler": sampler}
+        return {**projection, "to_world": at, "film": film, "sampler": sampler}
 
     def light(self, light: Light) -> dict[str, Any] | Any:
         """An emitter, or a shape that is one. Raises ParameterError for what Mitsuba has no equal of."""
-        for kind, write in LIGHTS.items():
-            if type(light) is kind:
+        for light_class, write in LIGHTS.items():
+            if type(light) is light_class:
                 return write(self, light.in_numpy())
-        rule = f"expected {listed([kind.__name__ for kind in LIGHTS])}, which Mitsuba has too"
+        rule = f"expected {listed([light_class.__name__ for light_class in LIGHTS])}, which Mitsuba has too"
         raise ParameterError(f"mitsuba.scene: {light!r:.80}; {rule}")
 
     def rgb(self, value: Any) -> dict[str, Any]:
@@ -120,8 +120,8 @@ class Writer:
     def _environment(self, light: EnvironmentLight) -> dict[str, Any]:
         pixels = np.asarray(light.to_mitsuba().pixels, np.float32)
         pixels = np.broadcast_to(pixels, (*pixels.shape[:2], 3)).copy()  # Mitsuba takes none that is read-only
-        turned = self.turn(light.MITSUBA_TO_WORLD.tolist())
-        return {"type": "envmap", "bitmap": self.mi.Bitmap(pixels), "to_world": turned}
+        to_world = self.turn(light.MITSUBA_TO_WORLD.tolist())
+        return {"type": "envmap", "bitmap": self.mi.Bitmap(pixels), "to_world": to_world}
 
     def _sphere(self, light: SphereLight) -> dict[str, Any]:
         at = {"center": _list(light.centre), "radius": float(light.radius)}
@@ -189,22 +189,22 @@ class Writer:
         return made
 
 
-LIGHTS: dict[type[Light], Callable[[Writer, Any], Any]] = {
-    PointLight: Writer._point,
-    DistantLight: Writer._distant,
-    ConstantLight: Writer._constant,
-    EnvironmentLight: Writer._environment,
-    RectangleLight: Writer._rectangle,
-    DiskLight: Writer._disk,
-    SphereLight: Writer._sphere,
-    PolygonLight: Writer._polygon,
-    MeshLight: Writer._mesh_light,
+LIGHTS: dict[type[Light], Callable[[SceneWriter, Any], Any]] = {
+    PointLight: SceneWriter._point,
+    DistantLight: SceneWriter._distant,
+    ConstantLight: SceneWriter._constant,
+    EnvironmentLight: SceneWriter._environment,
+    RectangleLight: SceneWriter._rectangle,
+    DiskLight: SceneWriter._disk,
+    SphereLight: SceneWriter._sphere,
+    PolygonLight: SceneWriter._polygon,
+    MeshLight: SceneWriter._mesh_light,
 }
 """The lights that Mitsuba has too, and how they are written."""
 
 
 def dictionary(
-    writer: Writer,
+    writer: SceneWriter,
     m: Reflectance | None,
     shape: Any,
     lights: Sequence[Light],
@@ -222,7 +222,7 @@ def dictionary(
     parts = shape.parts if isinstance(shape, Scene) else [shape] if isinstance(shape, Mesh) else []
     glows = any(part.exitance.any() for part in parts)
     view = OrthographicCamera([0.0, -4.0, 0.0], width=2.0 * MARGIN) if stage.camera is FRONT else stage.camera
-    found: dict[str, Any] = {
+    things: dict[str, Any] = {
         "type": "scene",
         "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 1, "hide_emitters": not glows},
         "sensor": writer.sensor(view, size, samples),
@@ -230,10 +230,10 @@ def dictionary(
     }
     if ground is not None:
         below = (0.0, 0.0, float(stage.bodies[-1].parameters["level"].value))
-        found["ground"] = writer.ground(ground, stage.middle + below, stage.size)
+        things["ground"] = writer.ground(ground, stage.middle + below, stage.size)
     for k, light in enumerate(lights):
-        found[f"light_{k}"] = writer.light(light)
-    return found
+        things[f"light_{k}"] = writer.light(light)
+    return things
 
 
 def _given(m: Reflectance | None) -> Reflectance:

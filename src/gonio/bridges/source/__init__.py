@@ -20,7 +20,7 @@ from .functions import FUNCTIONS
 from .result import Argument as Argument
 from .result import ShaderSource as ShaderSource
 from .result import SourceTable as SourceTable
-from .writing import Writer
+from .writing import SourceWriter
 
 LANGUAGES: dict[str, Language] = {
     name: module.LANGUAGE for name, module in discover.by_name("gonio.compile.source.languages").items()
@@ -92,7 +92,7 @@ def shader_source(
         raise ParameterError(
             "source: some numbers of the material are missing (NaN); expected none; give them by m.replace"
         )
-    return Writer(m, LANGUAGES[language], name or _word(m), parameters == "arguments").written(tuple(function))
+    return SourceWriter(m, LANGUAGES[language], name or _word(m), parameters == "arguments").written(tuple(function))
 
 
 def _require_no_maps(m: Reflectance) -> None:

@@ -10,7 +10,7 @@ from ...arrays import ops
 from ...arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
 from ...base import kernels
 from ...base.reflectance import Reflectance
-from ...compile.source.language import Vector
+from ...compile.source.language import NamedVector
 from ...evaluate.tracing import Task
 from ...trace.graph import MASK
 
@@ -24,7 +24,7 @@ class Function:
     """A function for callers: its kernel, its arguments, kinds and names of its results, and what it gives in words."""
 
     kernel: Callable[..., tuple[Any, ...]]
-    inputs: tuple[Vector, ...]
+    inputs: tuple[NamedVector, ...]
     results: tuple[tuple[str, str], ...]
     meaning: str
 
@@ -34,7 +34,7 @@ class Function:
         return Task(self.kernel, kinds, tuple(v.width for v in self.inputs))
 
 
-_WI, _WO = (Vector(name, 3, is_direction=True) for name in ("wi", "wo"))
+_WI, _WO = (NamedVector(name, 3, is_direction=True) for name in ("wi", "wo"))
 _SAMPLED = (("wi", VECTOR), ("weight", VALUE), ("pdf", SCALAR), ("delta", MASK))
 FUNCTIONS = {
     "f": Function(kernels.value, (_WI, _WO), (("f", VALUE),), "BRDF [1/sr], without the cosine"),
@@ -42,7 +42,7 @@ FUNCTIONS = {
     "pdf": Function(kernels.pdf, (_WI, _WO), (("pdf", SCALAR),), "density [1/sr] at which `sample` draws wi for wo"),
     "sample": Function(
         kernels.sample,
-        (_WO, Vector("u", 2)),
+        (_WO, NamedVector("u", 2)),
         _SAMPLED,
         "direction wi drawn by two numbers u in [0, 1); weight = f |cos|/pdf, its density, whether it is a delta lobe",
     ),

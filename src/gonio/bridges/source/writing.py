@@ -12,7 +12,7 @@ from ...arrays import Fixed
 from ...arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
 from ...base.reflectance import Reflectance, Scaled, Sum
 from ...compile.source.finite import HOLE, finite
-from ...compile.source.language import Language, Signature, Vector
+from ...compile.source.language import Language, NamedVector, Signature
 from ...compile.source.lines import ascii_of, with_comment, wrapped
 from ...compile.source.names import short_names
 from ...compile.source.writer import Load, Text
@@ -37,7 +37,7 @@ CHANNEL = "channel"
 """The name of the number that says which channel a formula is for."""
 
 
-class Writer:
+class SourceWriter:
     """The text of one material in one language, part by part."""
 
     def __init__(self, m: Reflectance, language: Language, name: str, as_arguments: bool):
@@ -51,7 +51,7 @@ class Writer:
         self.as_arguments = as_arguments
         self.short = short_names(self.paths)
         prefix = "" if as_arguments else f"{name}_"
-        self.vectors = [Vector(prefix + s, len(v)) for s, v in zip(self.short, self.values, strict=True)]
+        self.vectors = [NamedVector(prefix + s, len(v)) for s, v in zip(self.short, self.values, strict=True)]
         self.read: set[int] = set()
         self.tables: list[int] = []
         self.text = Text(language, name, self.table)
@@ -128,7 +128,8 @@ class Writer:
         places = [k for k, v in enumerate(function.inputs) if not v.is_direction]
         shares = {(k, c) for k in places for c in range(function.inputs[k].width)}
         fixed = range(trace.inputs, trace.inputs + 2 * len(self.values))
-        kept = trace.graph.kept.setdefault(Writer, {})  # by the nodes of results: what is written, and the nodes there
+        # By the nodes of results: what is written, and the nodes there.
+        kept = trace.graph.kept.setdefault(SourceWriter, {})
         holed = tuple(k for k in sorted(trace.looked_up) if np.isnan(self.content.tables[k].numbers).any())
         if (key := (*nodes, -1, *holed)) not in kept:  # the longest part, the same for all languages and numbers
             kept[key] = passes.rewritten(*finite(trace.graph, nodes, shares, holed), "float32", fixed)
@@ -136,12 +137,12 @@ class Writer:
         rest = iter(nodes)
         ends = [[next(rest) for _ in result] for result in trace.results]
         widths = {VALUE: count, VECTOR: 3, SCALAR: 1, MASK: 1, MATRIX: 16 * count}
-        results = [Vector(name, widths[kind], MASK if kind == MASK else REAL) for name, kind in function.results]
+        results = [NamedVector(name, widths[kind], MASK if kind == MASK else REAL) for name, kind in function.results]
         named = dict(zip([v.name for v in results], ends, strict=False))
         if word == "jacobian":
             for k, slope in enumerate(ends[1:]):
                 if k in self.read and self.paths[k] != CHANNEL:
-                    v = Vector(f"d_{self.short[k]}", count)
+                    v = NamedVector(f"d_{self.short[k]}", count)
                     results.append(v)
                     named[v.name] = slope
         loads = {(k, c): self.language.component(v, c) for k, v in enumerate(function.inputs) for c in range(v.width)}
@@ -166,7 +167,7 @@ class Writer:
         every = {place: Load(text, words.get(place, "")) for place, text in loads.items()}
         self.text.add(graph, signature, named, every, first)
 
-    def merged(self, k: int, first: list[str], component: Callable[[Vector, int], str]) -> str:
+    def merged(self, k: int, first: list[str], component: Callable[[NamedVector, int], str]) -> str:
         """The name of a parameter's merged channels, for sampling; `first` takes the statement that makes it."""
         v = self.vectors[k]
         parts = [component(v, c) for c in range(v.width)]
@@ -212,13 +213,13 @@ class Writer:
         """Comments: what the text is, the formulas and their sources, what can be called."""
         words = [f"{', '.join(functions)} of a material, in {self.language.title}, by gonio {__version__}."]
         words += textwrap.wrap(repr(self.m), 116, max_lines=4, placeholder=" ...", break_long_words=True)
-        for kind in _classes(self.m):
+        for cls in _classes(self.m):
             parts = discover.labelled(
-                discover.docstring(kind), ("Looks", "Shapes", "Units", "Error", "Source", "Example")
+                discover.docstring(cls), ("Looks", "Shapes", "Units", "Error", "Source", "Example")
             )
             formula = parts[""].split("\n\n")[0].splitlines()
             cited = " ".join(parts.get("Source", "").split())
-            words += ["", *(f"{kind.__name__}: {line}" if i == 0 else line for i, line in enumerate(formula))]
+            words += ["", *(f"{cls.__name__}: {line}" if i == 0 else line for i, line in enumerate(formula))]
             words += textwrap.wrap(f"Source: {cited}", 116) if cited else []
         words += ["", "Directions are unit vectors that leave the surface, in its frame: z is the normal."]
         if self.as_arguments and self.read:
@@ -234,11 +235,11 @@ class Writer:
 
 def _classes(m: Parametrised) -> list[type]:
     """The classes of a material and of its parts, each once, without those that only add and weigh."""
-    found: dict[type, None] = {}
+    classes: dict[type, None] = {}
     for value in (m, *(owner for _, _, _, owner in tree.walk(m))):
         if not isinstance(value, (Sum, Scaled)):
-            found.setdefault(type(value))
-    return list(found)
+            classes.setdefault(type(value))
+    return list(classes)
 
 
 def _width(value: Any) -> int:

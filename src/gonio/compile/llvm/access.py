@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import gcd
 
 from . import machine
-from .lanes import FLOAT32, Lanes, Value
+from .lanes import FLOAT32, IRValue, Lanes
 from .lookups import Lookups
 from .program import PACKED, PLANES, Program
 
@@ -24,7 +24,7 @@ INLINE = 4  # components of a vector that are taken apart by shuffles; of longer
 class Access:
     """Writes loads of a program to `v`; `values`: of its nodes, as far as computed."""
 
-    def __init__(self, program: Program, v: Lanes, order: Sequence[int], values: dict[int, Value]):
+    def __init__(self, program: Program, v: Lanes, order: Sequence[int], values: dict[int, IRValue]):
         self.program, self.v, self.values = program, v, values
         self.width, self.real = v.width, v.scalar["real"]
         self.size = 4 if program.dtype == FLOAT32 else 8
@@ -77,12 +77,12 @@ class Access:
             return self.beyond(base, c * self.size)
         return self.moved(self.v.name(), base, f"%p{k}.sc", str(c))
 
-    def splat(self, node: int, base: str) -> Value:
+    def splat(self, node: int, base: str) -> IRValue:
         """One number in all lanes."""
         k, c = self.program.graph.arguments[node]
         address, name = self.component(f"%{base}{k}", k, c), self.v.name()
         self.v.write(f"{name}.s = load {self.real}, ptr {address}, align 1")
-        return Value("real", self.v.spread(name, self.real, f"{name}.s"))
+        return IRValue("real", self.v.spread(name, self.real, f"{name}.s"))
 
     def look_ahead(self, nodes: Sequence[int]) -> None:
         """Ask for the lines of the cache that loads need some turns later: no error where they are beyond an array."""
@@ -100,8 +100,8 @@ class Access:
                     call = self.v.intrinsic("prefetch.p0", "void", ("ptr", self.beyond(place, AHEAD + line)), *how)
                     self.v.write(call)
 
-    def full_loads(self, nodes: Sequence[int]) -> list[Value]:
-        loads: dict[int, Value] = {}
+    def full_loads(self, nodes: Sequence[int]) -> list[IRValue]:
+        loads: dict[int, IRValue] = {}
         for k, members in self.by_array(nodes).items():
             array = self.program.arrays[k]
             components = [self.program.graph.arguments[node][1] for node in members]
@@ -125,10 +125,10 @@ class Access:
         """The address of element j of array k."""
         return self.moved(self.v.name(), f"%r{k}", "%j", f"%p{k}.s1")
 
-    def vector_load(self, address: str) -> Value:
+    def vector_load(self, address: str) -> IRValue:
         return self.v.emit("real", f"load {self.v.types['real']}, ptr {address}, align 1")
 
-    def packed_loads(self, k: int, components: Sequence[int], left: bool = False) -> list[Value]:
+    def packed_loads(self, k: int, components: Sequence[int], left: bool = False) -> list[IRValue]:
         """Components of vectors side by side; `left`: those within the row alone, and 0."""
         base, n, w = self.offset(k), self.program.arrays[k].width, self.width
         if self.v.register * self.size == STRUCTURED:
@@ -138,34 +138,34 @@ class Access:
         parts = [self.side_by_side(base, i * w, w, n * left) for i in range(n)]
         return [self.merged(parts, [divmod(p, w) for p in range(c, n * w, n)]) for c in components]
 
-    def side_by_side(self, base: str, start: int, count: int, left: int) -> Value:
+    def side_by_side(self, base: str, start: int, count: int, left: int) -> IRValue:
         """So many numbers from the start-th after an address on; `left`: how many each element has of which only those
         within the row are read."""
-        kind, address = f"<{count} x {self.real}>", self.beyond(base, start * self.size)
+        vector, address = f"<{count} x {self.real}>", self.beyond(base, start * self.size)
         if not left:
-            return self.v.emit("real", f"load {kind}, ptr {address}, align 1")
+            return self.v.emit("real", f"load {vector}, ptr {address}, align 1")
         if (left, start, count) not in self.masks:
             self.masks[left, start, count] = self.places_left(left, start, count)
         mask, suffix = self.masks[left, start, count], f"v{count}{'f32' if self.real == 'float' else 'f64'}"
-        arguments = ("ptr", address), ("i32", "1"), (f"<{count} x i1>", mask), (kind, "zeroinitializer")
-        return self.v.emit("real", self.v.intrinsic(f"masked.load.{suffix}.p0", kind, *arguments))
+        arguments = ("ptr", address), ("i32", "1"), (f"<{count} x i1>", mask), (vector, "zeroinitializer")
+        return self.v.emit("real", self.v.intrinsic(f"masked.load.{suffix}.p0", vector, *arguments))
 
     def places_left(self, width: int, start: int, count: int) -> str:
         """A mask of places that are within the row: so many, from a start on, of vectors of this width."""
-        name, kind = self.v.name(), f"<{count} x i32>"
+        name, vector = self.v.name(), f"<{count} x i32>"
         self.v.write(f"{name}.end = mul i32 %left.short, {width}")
-        self.v.write(f"{name}.some = insertelement {kind} poison, i32 {name}.end, i64 0")
-        self.v.write(f"{name}.all = shufflevector {kind} {name}.some, {kind} poison, {kind} zeroinitializer")
+        self.v.write(f"{name}.some = insertelement {vector} poison, i32 {name}.end, i64 0")
+        self.v.write(f"{name}.all = shufflevector {vector} {name}.some, {vector} poison, {vector} zeroinitializer")
         places = ", ".join(f"i32 {start + i}" for i in range(count))
-        self.v.write(f"{name} = icmp ult {kind} <{places}>, {name}.all")
+        self.v.write(f"{name} = icmp ult {vector} <{places}>, {name}.all")
         return name
 
-    def blended_loads(self, base: str, n: int, components: Sequence[int], left: bool) -> list[Value]:
+    def blended_loads(self, base: str, n: int, components: Sequence[int], left: bool) -> list[IRValue]:
         """`packed_loads` where each lane of n registers side by side holds every component once: they are blended into
         a register for each component, which one permutation orders. (LLVM makes a blend and a permutation of two
         registers of it for AVX-512, where that takes no longer.)"""
         w = self.v.register
-        pieces: dict[int, list[Value]] = {c: [] for c in components}
+        pieces: dict[int, list[IRValue]] = {c: [] for c in components}
         for start in range(0, n * self.width, n * w):
             parts = [self.side_by_side(base, start + i * w, w, n * left) for i in range(n)]
             for c in components:
@@ -174,17 +174,17 @@ class Access:
                 pieces[c].append(self.v.shuffle(gathered, gathered, w, [(e * n + c) % w for e in range(w)]))
         return [self.v.joined(pieces[c], w) for c in components]
 
-    def structured_loads(self, base: str, n: int, components: Sequence[int]) -> list[Value]:
+    def structured_loads(self, base: str, n: int, components: Sequence[int]) -> list[IRValue]:
         """`packed_loads` in the form that LLVM knows as ARM's loads of structures."""
-        w, kind = self.v.register, f"<{n * self.v.register} x {self.real}>"
-        pieces: dict[int, list[Value]] = {c: [] for c in components}
+        w, vector = self.v.register, f"<{n * self.v.register} x {self.real}>"
+        pieces: dict[int, list[IRValue]] = {c: [] for c in components}
         for start in range(0, n * self.width, n * w):
-            whole = self.v.emit("real", f"load {kind}, ptr {self.beyond(base, start * self.size)}, align 1")
+            whole = self.v.emit("real", f"load {vector}, ptr {self.beyond(base, start * self.size)}, align 1")
             for c in components:
-                pieces[c].append(self.v.shuffle(whole, Value("real", "poison"), n * w, range(c, n * w, n)))
+                pieces[c].append(self.v.shuffle(whole, IRValue("real", "poison"), n * w, range(c, n * w, n)))
         return [self.v.joined(pieces[c], w) for c in components]
 
-    def blended(self, parts: Sequence[Value], which: Sequence[int]) -> Value:
+    def blended(self, parts: Sequence[IRValue], which: Sequence[int]) -> IRValue:
         """Every lane from the part of this number."""
         w, blended = len(which), parts[0]
         for i in range(1, len(parts)):
@@ -193,7 +193,7 @@ class Access:
             )
         return blended
 
-    def merged(self, parts: Sequence[Value], places: Sequence[tuple[int, int]]) -> Value:
+    def merged(self, parts: Sequence[IRValue], places: Sequence[tuple[int, int]]) -> IRValue:
         """The vector whose lanes are at these places (part, lane), by one shuffle for every part but the first."""
         merged = parts[0]
         for i in range(1, len(parts)):
@@ -206,9 +206,9 @@ class Access:
             merged = self.v.shuffle(merged, parts[i], self.width, picks)
         return merged
 
-    def part_loads(self, nodes: Sequence[int]) -> list[Value]:
+    def part_loads(self, nodes: Sequence[int]) -> list[IRValue]:
         """The loads of the elements that are left of a row."""
-        loads: dict[int, Value] = {}
+        loads: dict[int, IRValue] = {}
         for k, members in self.by_array(nodes).items():
             array = self.program.arrays[k]
             packed = array.layout == PACKED and 1 < array.width <= INLINE
@@ -218,31 +218,31 @@ class Access:
                 loads.update((node, self.part_load(node)) for node in members)
         return [loads[node] for node in nodes]
 
-    def packed_rest(self, k: int, members: Sequence[int]) -> list[Value]:
+    def packed_rest(self, k: int, members: Sequence[int]) -> list[IRValue]:
         """`packed_loads` of the elements that are left, and the row's last in all further lanes.
 
         Gathers would do both at once, but compilers take them apart, number by number.
         """
         components = [self.program.graph.arguments[node][1] for node in members]
-        end, inside, found = self.moved(self.v.name(), f"%r{k}", "%final", f"%p{k}.s1"), Value("mask", "%inside"), []
+        end, inside, loads = self.moved(self.v.name(), f"%r{k}", "%final", f"%p{k}.s1"), IRValue("mask", "%inside"), []
         for value, c in zip(self.packed_loads(k, components, left=True), components, strict=True):
             address, name = self.component(end, k, c), self.v.name()
             self.v.write(f"{name}.s = load {self.real}, ptr {address}, align 1")
-            last = Value("real", self.v.spread(name, self.real, f"{name}.s"))
-            found.append(self.v.select(inside, value, last))
-        return found
+            last = IRValue("real", self.v.spread(name, self.real, f"{name}.s"))
+            loads.append(self.v.select(inside, value, last))
+        return loads
 
-    def part_load(self, node: int) -> Value:
+    def part_load(self, node: int) -> IRValue:
         """A component of the elements that are left of a row; where they lie side by side, by one masked load."""
         k, c = self.program.graph.arguments[node]
         array = self.program.arrays[k]
         if array.layout != PLANES and not (array.layout == PACKED and array.width == 1):
             return self.gathered(node, "%lanes")
-        kind, address = self.v.types["real"], self.component(self.offset(k), k, c)
-        arguments = ("ptr", address), ("i32", "1"), (f"<{self.width} x i1>", "%inside"), (kind, "zeroinitializer")
-        return self.v.emit("real", self.v.intrinsic(f"masked.load.{self.v.suffix}.p0", kind, *arguments))
+        vector, address = self.v.types["real"], self.component(self.offset(k), k, c)
+        arguments = ("ptr", address), ("i32", "1"), (f"<{self.width} x i1>", "%inside"), (vector, "zeroinitializer")
+        return self.v.emit("real", self.v.intrinsic(f"masked.load.{self.v.suffix}.p0", vector, *arguments))
 
-    def gathered(self, node: int, lanes: str) -> Value:
+    def gathered(self, node: int, lanes: str) -> IRValue:
         """A component of elements j + lanes, one by one."""
         k, c = self.program.graph.arguments[node]
         base, name = self.component(self.offset(k), k, c), self.v.name()
@@ -251,13 +251,13 @@ class Access:
         self.v.write(f"{name}.at = getelementptr i8, ptr {base}, {self.index_type} {name}.steps")
         return self.gather(f"{name}.at", 1, self.real)
 
-    def gather(self, pointers: str, align: int, real: str) -> Value:
+    def gather(self, pointers: str, align: int, real: str) -> IRValue:
         """The numbers of a scalar type at these addresses."""
-        w, kind = self.width, f"<{self.width} x {real}>"
+        w, vector = self.width, f"<{self.width} x {real}>"
         name = f"masked.gather.v{w}{'f32' if real == 'float' else 'f64'}.v{w}p0"
         mask = (f"<{w} x i1>", "splat (i1 true)")
-        arguments = (f"<{w} x ptr>", pointers), ("i32", str(align)), mask, (kind, "poison")
-        return self.v.emit("real", self.v.intrinsic(name, kind, *arguments))
+        arguments = (f"<{w} x ptr>", pointers), ("i32", str(align)), mask, (vector, "poison")
+        return self.v.emit("real", self.v.intrinsic(name, vector, *arguments))
 
     def remaining(self) -> None:
         """A mask of the lanes within the row, and an element for each lane: its own, or the row's last."""
@@ -269,12 +269,12 @@ class Access:
 
     # Tables.
 
-    def lookup(self, node: int) -> Value:
+    def lookup(self, node: int) -> IRValue:
         """Entries of a table; a constant place is within it, which callers see to."""
         table, index_node = self.program.graph.arguments[node]
         place = self.program.graph.value(index_node)
         if place is not None:
             address, name = self.beyond(f"%t{table}", int(place) * self.size), self.v.name()
             self.v.write(f"{name}.s = load {self.real}, ptr {address}, align {self.size}")
-            return Value("real", self.v.spread(name, self.real, f"{name}.s"))
+            return IRValue("real", self.v.spread(name, self.real, f"{name}.s"))
         return self.lookups.entry(node, self.values[index_node])

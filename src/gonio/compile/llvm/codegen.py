@@ -14,7 +14,7 @@ from __future__ import annotations
 from ...trace.graph import COMPARISONS, INDEX, LOGIC, REAL
 from ...trace.passes import rewritten
 from . import elementary, machine, rays
-from .lanes import Lanes, Value
+from .lanes import IRValue, Lanes
 from .program import ONCE, ROW, SAME, SUMS, Program
 from .roots import Times, estimated
 from .stores import Stores
@@ -78,14 +78,14 @@ class _Writer:
     def __init__(self, program: Program, width: int, register: int, times: Times | None):
         self.program, self.width = program, width
         self.v = Lanes(program.dtype, width, times is not None, register)
-        self.values: dict[int, Value] = {}
-        self.reciprocals: dict[int, Value] = {}
+        self.values: dict[int, IRValue] = {}
+        self.reciprocals: dict[int, IRValue] = {}
         self.blocks: dict[str, list[str]] = {}
         self.block = ""
         graph = program.graph
         self.order = graph.reachable([node for output in program.outputs for node in output.nodes])
         self.within = graph.steps(self.order)
-        self.ended: dict[int, list[Value]] = {}  # the states of loops in the end, and what rays met
+        self.ended: dict[int, list[IRValue]] = {}  # the states of loops in the end, and what rays met
         self.going = self.v.mask(True)  # the lanes that take the step of a loop
         self.access = Stores(program, self.v, self.order, self.values)
         self.level = self._levels()
@@ -213,7 +213,7 @@ class _Writer:
             if self.level[node] == level and node not in self.values and not self.within[node]:
                 self.values[node] = self.operation(node)
 
-    def loop(self, node: int, open_loops: int = 0) -> Value:
+    def loop(self, node: int, open_loops: int = 0) -> IRValue:
         """A loop, within the steps of others, whose depths are bits; its states in the end are in `ended`.
 
         The code goes on in a new block, whence it can use all that was computed before.
@@ -225,11 +225,11 @@ class _Writer:
         mask, before = v.types["mask"], self.block
         v.write(f"br label %{step}")
         self.into(step)
-        states = [Value(graph.kinds[n], f"%{prefix}.state{i}") for i, n in enumerate(first)]
+        states = [IRValue(graph.kinds[n], f"%{prefix}.state{i}") for i, n in enumerate(first)]
         for state, n in zip(states, first, strict=True):
             start = self.values[n].name
             v.write(f"{state.name} = phi {v.types[state.kind]} [ {start}, %{before} ], [ {state.name}.next, %{end} ]")
-        going = Value("mask", f"%{prefix}.going")
+        going = IRValue("mask", f"%{prefix}.going")
         v.write(f"{going.name} = phi {mask} [ splat (i1 true), %{before} ], [ {going.name}.next, %{end} ]")
 
         outside, caches, others = dict(self.values), self.access.lookups.begin_step(), self.going
@@ -248,8 +248,8 @@ class _Writer:
         v.write(f"br label %{end}")
         self.into(end)
         for state, n in zip(states, after, strict=True):
-            kind, new = v.types[state.kind], self.values[n].name
-            v.write(f"{state.name}.next = select {mask} {going.name}, {kind} {new}, {kind} {state.name}")
+            vector, new = v.types[state.kind], self.values[n].name
+            v.write(f"{state.name}.next = select {mask} {going.name}, {vector} {new}, {vector} {state.name}")
         v.write(f"{going.name}.next = and {mask} {going.name}, {self.values[go_on].name}")
         some = v.intrinsic(f"vector.reduce.or.v{self.width}i1", "i1", (mask, f"{going.name}.next"))
         v.write(f"%{prefix}.some = {some}", f"br i1 %{prefix}.some, label %{step}, label %{left}")
@@ -258,10 +258,10 @@ class _Writer:
         self.values.update(outside)
         self.access.lookups.end_step(caches)
         self.going = others
-        self.ended[node] = [Value(state.kind, f"{state.name}.next") for state in states]
+        self.ended[node] = [IRValue(state.kind, f"{state.name}.next") for state in states]
         return going
 
-    def operation(self, node: int) -> Value:
+    def operation(self, node: int) -> IRValue:
         v, graph = self.v, self.program.graph
         operation, arguments = graph.operations[node], graph.arguments[node]
         kind = graph.kinds[node]
@@ -302,23 +302,23 @@ class _Writer:
             return self.elementary(operation, a)
         return getattr(v, operation)(*a)
 
-    def elementary(self, name: str, a: list[Value]) -> Value:
+    def elementary(self, name: str, a: list[IRValue]) -> IRValue:
         """An elementary function: inline, or as a call where a kernel has many of them."""
         v, function = self.v, elementary.FUNCTIONS[name]
         if self.functions is None:
             return function(v, *a)
-        kind = v.types["real"]
+        vector = v.types["real"]
         if name not in self.functions:
             outside, v.lines = v.lines, []
-            inner = [Value("real", f"%x{i}") for i in range(len(a))]
+            inner = [IRValue("real", f"%x{i}") for i in range(len(a))]
             result = function(v, *inner)
-            signature = ", ".join(f"{kind} {x.name}" for x in inner)
-            body = "\n  ".join([*v.lines, f"ret {kind} {result.name}"])
-            self.functions[name] = f"define internal {kind} @{name}({signature}) noinline #1 {{\n  {body}\n}}\n"
+            signature = ", ".join(f"{vector} {x.name}" for x in inner)
+            body = "\n  ".join([*v.lines, f"ret {vector} {result.name}"])
+            self.functions[name] = f"define internal {vector} @{name}({signature}) noinline #1 {{\n  {body}\n}}\n"
             v.lines = outside
-        return v.emit("real", f"call {kind} @{name}({', '.join(f'{kind} {x.name}' for x in a)})")
+        return v.emit("real", f"call {vector} @{name}({', '.join(f'{vector} {x.name}' for x in a)})")
 
-    def quotient(self, top: int, bottom: int) -> Value:
+    def quotient(self, top: int, bottom: int) -> IRValue:
         """top / bottom: by the reciprocal where several elements share it, or where it is that of a root."""
         v, graph = self.v, self.program.graph
         a = self.values[top]
@@ -336,7 +336,7 @@ class _Writer:
             return r if graph.value(top) == 1.0 else v.mul(a, r)
         return v.div(a, self.values[bottom])
 
-    def extremum(self, operation: str, node: int, a: Value, b: Value) -> Value:
+    def extremum(self, operation: str, node: int, a: IRValue, b: IRValue) -> IRValue:
         """The smaller or larger of two, NaN if one is NaN."""
         v, graph = self.v, self.program.graph
         how = "lt" if operation == "minimum" else "gt"

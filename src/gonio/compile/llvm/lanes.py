@@ -9,7 +9,7 @@ from typing import NamedTuple
 FLOAT32, FLOAT64 = "float32", "float64"
 
 
-class Value(NamedTuple):
+class IRValue(NamedTuple):
     """A value in LLVM IR: its type ("real", "index", "bits", "mask") and its name or constant."""
 
     kind: str
@@ -43,11 +43,11 @@ class Lanes:
         self._count += 1
         return f"%v{self._count}"
 
-    def emit(self, kind: str, text: str) -> Value:
+    def emit(self, kind: str, text: str) -> IRValue:
         """One instruction with a result of this kind."""
         name = self.name()
         self.lines.append(f"{name} = {text}")
-        return Value(kind, name)
+        return IRValue(kind, name)
 
     def write(self, *lines: str) -> None:
         """Instructions that name their results."""
@@ -55,23 +55,23 @@ class Lanes:
 
     def intrinsic(self, name: str, result: str, *arguments: tuple[str, str]) -> str:
         """The call of an intrinsic function of LLVM, by the type of its result, and types and values of arguments."""
-        self.declared.add(f"declare {result} @llvm.{name}({', '.join(kind for kind, _ in arguments)})")
-        return f"call {result} @llvm.{name}({', '.join(f'{kind} {value}' for kind, value in arguments)})"
+        self.declared.add(f"declare {result} @llvm.{name}({', '.join(type_name for type_name, _ in arguments)})")
+        return f"call {result} @llvm.{name}({', '.join(f'{type_name} {value}' for type_name, value in arguments)})"
 
     def spread(self, name: str, scalar: str, value: str) -> str:
         """A value of a scalar type in all lanes, under a name."""
-        kind = f"<{self.width} x {scalar}>"
-        self.write(f"{name}.some = insertelement {kind} poison, {scalar} {value}, i64 0")
-        self.write(f"{name} = shufflevector {kind} {name}.some, {kind} poison, <{self.width} x i32> zeroinitializer")
+        lanes = f"<{self.width} x {scalar}>"
+        self.write(f"{name}.some = insertelement {lanes} poison, {scalar} {value}, i64 0")
+        self.write(f"{name} = shufflevector {lanes} {name}.some, {lanes} poison, <{self.width} x i32> zeroinitializer")
         return name
 
-    def shuffle(self, a: Value, b: Value, width: int, picks: Iterable[int | str]) -> Value:
+    def shuffle(self, a: IRValue, b: IRValue, width: int, picks: Iterable[int | str]) -> IRValue:
         """Lanes of two reals of `width` lanes, numbered one behind the other; "poison" for any."""
-        kind, listed = f"<{width} x {self.scalar['real']}>", [f"i32 {i}" for i in picks]
+        vector, listed = f"<{width} x {self.scalar['real']}>", [f"i32 {i}" for i in picks]
         shape = f"<{len(listed)} x i32> <{', '.join(listed)}>"
-        return self.emit("real", f"shufflevector {kind} {a.name}, {kind} {b.name}, {shape}")
+        return self.emit("real", f"shufflevector {vector} {a.name}, {vector} {b.name}, {shape}")
 
-    def joined(self, parts: Sequence[Value], width: int) -> Value:
+    def joined(self, parts: Sequence[IRValue], width: int) -> IRValue:
         """Reals of `width` lanes, one behind the other."""
         while len(parts) > 1:
             pairs = zip(parts[::2], parts[1::2], strict=True)
@@ -80,9 +80,9 @@ class Lanes:
 
     # Constants.
 
-    def real(self, x: float) -> Value:
+    def real(self, x: float) -> IRValue:
         """The number x in every lane, rounded to the dtype."""
-        return Value("real", f"splat ({self.scalar['real']} {self.literal(x)})")
+        return IRValue("real", f"splat ({self.scalar['real']} {self.literal(x)})")
 
     def literal(self, x: float) -> str:
         """x as LLVM writes it: the bit pattern of a double, also for floats."""
@@ -93,47 +93,47 @@ class Lanes:
                 x = float("inf") if x > 0 else float("-inf")
         return "0x" + struct.pack(">d", x).hex().upper()
 
-    def index(self, n: int) -> Value:
-        return Value("index", f"splat (i32 {n})")
+    def index(self, n: int) -> IRValue:
+        return IRValue("index", f"splat (i32 {n})")
 
-    def pattern(self, n: int) -> Value:
+    def pattern(self, n: int) -> IRValue:
         """The integer n as "bits"."""
-        return Value("bits", f"splat ({self.scalar['bits']} {n})")
+        return IRValue("bits", f"splat ({self.scalar['bits']} {n})")
 
-    def mask(self, truth: bool) -> Value:
-        return Value("mask", f"splat (i1 {'true' if truth else 'false'})")
+    def mask(self, truth: bool) -> IRValue:
+        return IRValue("mask", f"splat (i1 {'true' if truth else 'false'})")
 
     # Arithmetic of reals.
 
-    def _real(self, op: str, a: Value, b: Value) -> Value:
+    def _real(self, op: str, a: IRValue, b: IRValue) -> IRValue:
         flags = "" if self.exact or op == "fdiv" else "contract "
         return self.emit("real", f"{op} {flags}{self.types['real']} {a.name}, {b.name}")
 
-    def add(self, a: Value, b: Value) -> Value:
+    def add(self, a: IRValue, b: IRValue) -> IRValue:
         return self._real("fadd", a, b)
 
-    def sub(self, a: Value, b: Value) -> Value:
+    def sub(self, a: IRValue, b: IRValue) -> IRValue:
         return self._real("fsub", a, b)
 
-    def mul(self, a: Value, b: Value) -> Value:
+    def mul(self, a: IRValue, b: IRValue) -> IRValue:
         return self._real("fmul", a, b)
 
-    def div(self, a: Value, b: Value) -> Value:
+    def div(self, a: IRValue, b: IRValue) -> IRValue:
         return self._real("fdiv", a, b)
 
-    def neg(self, a: Value) -> Value:
+    def neg(self, a: IRValue) -> IRValue:
         return self.emit("real", f"fneg {self.types['real']} {a.name}")
 
-    def call(self, function: str, *args: Value) -> Value:
+    def call(self, function: str, *args: IRValue) -> IRValue:
         """An LLVM intrinsic from reals to a real: "sqrt", "floor", "fma" ..."""
         real = self.types["real"]
         return self.emit("real", self.intrinsic(f"{function}.{self.suffix}", real, *((real, a.name) for a in args)))
 
-    def fma(self, a: Value, b: Value, c: Value) -> Value:
+    def fma(self, a: IRValue, b: IRValue, c: IRValue) -> IRValue:
         """a b + c, rounded once."""
         return self.call("fma", a, b, c)
 
-    def sqrt(self, a: Value, estimate: bool = False) -> Value:
+    def sqrt(self, a: IRValue, estimate: bool = False) -> IRValue:
         """The square root; within 1 ulp by an estimate, else rounded correctly."""
         if not (estimate and self.estimates) or self.exact:
             return self.call("sqrt", a)
@@ -144,7 +144,7 @@ class Lanes:
         s = self.fma(self.fma(self.neg(s), s, a), self.mul(y, self.real(0.5)), s)
         return self.select(self._zero_or_infinite(a), a, s)
 
-    def rsqrt(self, a: Value, estimate: bool = False) -> Value:
+    def rsqrt(self, a: IRValue, estimate: bool = False) -> IRValue:
         """1 / sqrt(a), within 2 ulp."""
         if not (estimate and self.estimates) or self.exact:
             return self.div(self.real(1.0), self.sqrt(a))
@@ -153,75 +153,75 @@ class Lanes:
             y = self._better_rsqrt(a, y)
         return self.select(self.is_nan(y), rough, y)
 
-    def _better_rsqrt(self, a: Value, y: Value) -> Value:
+    def _better_rsqrt(self, a: IRValue, y: IRValue) -> IRValue:
         error = self.fma(self.neg(self.mul(a, y)), y, self.real(1.0))
         return self.fma(self.mul(y, self.real(0.5)), error, y)
 
-    def _estimate(self, a: Value) -> Value:
+    def _estimate(self, a: IRValue) -> IRValue:
         """1 / sqrt(a) to 14 bits, as many lanes at a time as the processor has."""
         once = 16 if self.dtype == FLOAT32 else 8
         if self.width % once:
             return self.div(self.real(1.0), self.call("sqrt", a))
         suffix, mask = ("ps", "i16") if self.dtype == FLOAT32 else ("pd", "i8")
-        name, kind = f"x86.avx512.rsqrt14.{suffix}.512", f"<{once} x {self.scalar['real']}>"
+        name, vector = f"x86.avx512.rsqrt14.{suffix}.512", f"<{once} x {self.scalar['real']}>"
         parts = []
         for start in range(0, self.width, once):
             part = self.shuffle(a, a, self.width, range(start, start + once))
-            call = self.intrinsic(name, kind, (kind, part.name), (kind, "zeroinitializer"), (mask, "-1"))
+            call = self.intrinsic(name, vector, (vector, part.name), (vector, "zeroinitializer"), (mask, "-1"))
             parts.append(self.emit("real", call))
         return self.joined(parts, once)
 
-    def _zero_or_infinite(self, a: Value) -> Value:
+    def _zero_or_infinite(self, a: IRValue) -> IRValue:
         positive_infinity, zeros = 0x200, 0x60
         arguments = (self.types["real"], a.name), ("i32", str(positive_infinity | zeros))
         return self.emit("mask", self.intrinsic(f"is.fpclass.{self.suffix}", self.types["mask"], *arguments))
 
-    def absolute(self, a: Value) -> Value:
+    def absolute(self, a: IRValue) -> IRValue:
         return self.call("fabs", a)
 
-    def floor(self, a: Value) -> Value:
+    def floor(self, a: IRValue) -> IRValue:
         return self.call("floor", a)
 
-    def copysign(self, magnitude: Value, sign: Value) -> Value:
+    def copysign(self, magnitude: IRValue, sign: IRValue) -> IRValue:
         return self.call("copysign", magnitude, sign)
 
     # Comparisons: false where a side is NaN, but "ne", which is true.
 
-    def compare(self, how: str, a: Value, b: Value) -> Value:
+    def compare(self, how: str, a: IRValue, b: IRValue) -> IRValue:
         """`how`: "lt", "le", "gt", "ge", "eq" or "ne"."""
         if a.kind == "real":
             return self.emit("mask", f"fcmp {'u' if how == 'ne' else 'o'}{how} {self.types['real']} {a.name}, {b.name}")
         sign = "" if how in ("eq", "ne") else "s"
         return self.emit("mask", f"icmp {sign}{how} {self.types[a.kind]} {a.name}, {b.name}")
 
-    def is_nan(self, a: Value) -> Value:
+    def is_nan(self, a: IRValue) -> IRValue:
         return self.emit("mask", f"fcmp uno {self.types['real']} {a.name}, {a.name}")
 
-    def select(self, condition: Value, a: Value, b: Value) -> Value:
+    def select(self, condition: IRValue, a: IRValue, b: IRValue) -> IRValue:
         """a where the condition holds, else b."""
-        kind = self.types[a.kind]
-        return self.emit(a.kind, f"select {self.types['mask']} {condition.name}, {kind} {a.name}, {kind} {b.name}")
+        vector = self.types[a.kind]
+        return self.emit(a.kind, f"select {self.types['mask']} {condition.name}, {vector} {a.name}, {vector} {b.name}")
 
     # Integers.
 
-    def integer(self, op: str, a: Value, b: Value) -> Value:
+    def integer(self, op: str, a: IRValue, b: IRValue) -> IRValue:
         """`op` of LLVM on two values of one kind: add, sub, mul, and, or, xor, shl, lshr, ashr."""
         return self.emit(a.kind, f"{op} {self.types[a.kind]} {a.name}, {b.name}")
 
     # Conversions.
 
-    def bits(self, a: Value) -> Value:
+    def bits(self, a: IRValue) -> IRValue:
         """The bit pattern of a real."""
         return self.emit("bits", f"bitcast {self.types['real']} {a.name} to {self.types['bits']}")
 
-    def from_bits(self, a: Value) -> Value:
+    def from_bits(self, a: IRValue) -> IRValue:
         """The real with this bit pattern."""
         return self.emit("real", f"bitcast {self.types['bits']} {a.name} to {self.types['real']}")
 
-    def truncated(self, a: Value, kind: str) -> Value:
+    def truncated(self, a: IRValue, kind: str) -> IRValue:
         """A real as "index" or "bits", towards zero; undefined beyond the range of that kind."""
         return self.emit(kind, f"fptosi {self.types['real']} {a.name} to {self.types[kind]}")
 
-    def as_real(self, a: Value) -> Value:
+    def as_real(self, a: IRValue) -> IRValue:
         """An integer as a real."""
         return self.emit("real", f"sitofp {self.types[a.kind]} {a.name} to {self.types['real']}")

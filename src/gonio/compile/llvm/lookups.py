@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from ...trace.graph import Graph
-from .lanes import FLOAT32, Lanes, Value
+from .lanes import FLOAT32, IRValue, Lanes
 from .program import Program
 
 BLOCK = 16
@@ -43,11 +43,11 @@ class Lookups:
         self.v, self.native = v, native
         self.real, self.size = v.scalar["real"], 4 if program.dtype == FLOAT32 else 8
         self.runs = _runs(program.graph, order, BLOCK // self.size)
-        self.read: dict[Run, list[Value]] = {}
-        self.indices: dict[tuple[int, int], Value] = {}
+        self.read: dict[Run, list[IRValue]] = {}
+        self.indices: dict[tuple[int, int], IRValue] = {}
         self.addresses: dict[tuple[int, int], list[str]] = {}
 
-    def entry(self, node: int, index: Value) -> Value:
+    def entry(self, node: int, index: IRValue) -> IRValue:
         """The entry of a table that a node looks up.
 
         An index beyond the table reads some entry of it or the padding. Lookups that share a node are moved together,
@@ -63,57 +63,57 @@ class Lookups:
         return self.read[run][place]
 
     def begin_step(self) -> tuple[dict[Any, Any], ...]:
-        """What has been read before the steps of a loop, for `end_step`: what is read in them is gone after them."""
+        """The lookups before the steps of a loop, for `end_step`: those within are gone after them."""
         return dict(self.read), dict(self.indices), dict(self.addresses)
 
     def end_step(self, before: tuple[dict[Any, Any], ...]) -> None:
         self.read, self.indices, self.addresses = before
 
-    def _first(self, run: Run, index: Value, offset: int) -> Value:
+    def _first(self, run: Run, index: IRValue, offset: int) -> IRValue:
         """The index at the least offset of all lookups that share a node, moved so that all read within the table.
 
         That the table is as long as they are apart has been checked by `evaluate.planning`.
         """
-        v, w, kind, name = self.v, self.v.width, self.v.types["index"], (run.table, run.base)
+        v, w, vector, name = self.v, self.v.width, self.v.types["index"], (run.table, run.base)
         if name not in self.indices:
-            end = Value("index", f"%t{run.table}.end")
+            end = IRValue("index", f"%t{run.table}.end")
             if run.most > run.least + 1:  # tables are padded by one entry
                 end = v.integer("sub", end, v.index(run.most - run.least - 1))
             if offset > run.least:
                 index = v.integer("sub", index, v.index(offset - run.least))
-            least = v.intrinsic(f"umin.v{w}i32", kind, (kind, index.name), (kind, end.name))
+            least = v.intrinsic(f"umin.v{w}i32", vector, (vector, index.name), (vector, end.name))
             self.indices[name] = v.emit("index", least)
         return self.indices[name]
 
-    def _gathered(self, run: Run, first: Value) -> list[Value]:
+    def _gathered(self, run: Run, first: IRValue) -> list[IRValue]:
         """One entry or two by the instruction for that."""
         v, w = self.v, self.v.width
         pointers, start = v.name(), self._beyond(f"%t{run.table}", run.start - run.least)
         v.write(f"{pointers} = getelementptr {self.real}, ptr {start}, {v.types['index']} {first.name}")
         entry = self.real if run.length == 1 else "double"
-        name, kind = f"masked.gather.v{w}{'f32' if entry == 'float' else 'f64'}.v{w}p0", f"<{w} x {entry}>"
+        name, vector = f"masked.gather.v{w}{'f32' if entry == 'float' else 'f64'}.v{w}p0", f"<{w} x {entry}>"
         mask = (f"<{w} x i1>", "splat (i1 true)")
-        arguments = (f"<{w} x ptr>", pointers), ("i32", str(self.size)), mask, (kind, "poison")
-        read = v.emit("real", v.intrinsic(name, kind, *arguments))
+        arguments = (f"<{w} x ptr>", pointers), ("i32", str(self.size)), mask, (vector, "poison")
+        read = v.emit("real", v.intrinsic(name, vector, *arguments))
         if run.length == 1:
             return [read]
-        halves = v.emit("real", f"bitcast {kind} {read.name} to <{2 * w} x {self.real}>")
-        return [v.shuffle(halves, Value("real", "poison"), 2 * w, range(k, 2 * w, 2)) for k in (0, 1)]
+        halves = v.emit("real", f"bitcast {vector} {read.name} to <{2 * w} x {self.real}>")
+        return [v.shuffle(halves, IRValue("real", "poison"), 2 * w, range(k, 2 * w, 2)) for k in (0, 1)]
 
-    def _together(self, index: Value) -> Value:
+    def _together(self, index: IRValue) -> IRValue:
         """The index, no vector of which is there before the others.
 
         Else compilers follow one vector through all steps of a search before the next one, and the processor, which
         waits for each step, has nothing else to do meanwhile. The highest bits that are added are 0.
         """
-        v, w, kind = self.v, self.v.width, self.v.types["index"]
+        v, w, vector = self.v, self.v.width, self.v.types["index"]
         if w == self.native:
             return index
         picks = ", ".join(f"i32 {(lane + self.native) % w}" for lane in range(w))
-        other = v.emit("index", f"shufflevector {kind} {index.name}, {kind} poison, <{w} x i32> <{picks}>")
+        other = v.emit("index", f"shufflevector {vector} {index.name}, {vector} poison, <{w} x i32> <{picks}>")
         return v.integer("or", index, v.integer("lshr", other, v.index(31)))
 
-    def _loaded(self, run: Run, first: Value) -> list[Value]:
+    def _loaded(self, run: Run, first: IRValue) -> list[IRValue]:
         """The entries of a run, lane by lane."""
         v, w, n, block, name = self.v, self.v.width, self.native, BLOCK // self.size, (run.table, run.base)
         if name not in self.addresses:
@@ -132,7 +132,7 @@ class Lookups:
             n *= 2
         return parts[0]
 
-    def _lane_by_lane(self, table: int, index: Value) -> list[str]:
+    def _lane_by_lane(self, table: int, index: IRValue) -> list[str]:
         """The address of an entry for each lane."""
         v, half = self.v, self.v.width // 2
         addresses = []
@@ -149,7 +149,7 @@ class Lookups:
         """The address so many entries beyond another."""
         return self.v.emit("address", f"getelementptr {self.real}, ptr {address}, i64 {entries}").name
 
-    def _transposed(self, addresses: Sequence[str], offset: int) -> list[Value]:
+    def _transposed(self, addresses: Sequence[str], offset: int) -> list[IRValue]:
         """A block of entries that begins so many entries after an address, for each lane."""
         v, w, block = self.v, self.native, BLOCK // self.size
         read = []
@@ -164,7 +164,7 @@ class Lookups:
                 n *= 2
             rows.append(parts[0])
 
-        def mixed(a: Value, b: Value, picks: Sequence[int]) -> Value:
+        def mixed(a: IRValue, b: IRValue, picks: Sequence[int]) -> IRValue:
             """These entries of every block of a and b together."""
             places = [p if p < block else w + p - block for p in picks]
             return v.shuffle(a, b, w, [start + p for start in range(0, w, block) for p in places])

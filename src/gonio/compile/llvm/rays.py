@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...arrays.packets import BLOCKED, FAR, GEOMETRY, INSTANCES, MASK, PACKET, ROWS, TRIANGLE
-from .lanes import FLOAT32, Lanes, Value
+from .lanes import FLOAT32, IRValue, Lanes
 
 MEMORY = (
     f"%packet = alloca [{ROWS} x <{PACKET} x float>], align 64",
@@ -20,7 +20,7 @@ _ROWS_OF_RAYS = (0, 1, 2, 4, 5, 6, 3, FAR)
 _FLOATS, _WHOLE = f"<{PACKET} x float>", f"<{PACKET} x i32>"
 
 
-def shot(v: Lanes, table: int, way: int, ray: Sequence[Value], going: Value) -> list[Value]:
+def shot(v: Lanes, table: int, way: int, ray: Sequence[IRValue], going: IRValue) -> list[IRValue]:
     """What rays meet in the lanes that are `going`: origins, directions, least and largest distances."""
     function, scene = _address(v, table, way), _address(v, table, 2)
     wide = f"<{v.width} x float>"
@@ -48,11 +48,11 @@ def shot(v: Lanes, table: int, way: int, ray: Sequence[Value], going: Value) -> 
         return [v.emit("mask", f"fcmp oeq {wide} {met[0]}, {beyond}")]
     distance, a, b, number, geometry = met
     hit = v.emit("mask", f"icmp ne {v.types['index']} {geometry}, splat (i32 -1)")
-    reals = [Value("real", x) for x in (distance, a, b)]
+    reals = [IRValue("real", x) for x in (distance, a, b)]
     if v.dtype != FLOAT32:
         reals = [v.emit("real", f"fpext {wide} {x.name} to {v.types['real']}") for x in reals]
-    found = [v.select(hit, x, v.real(miss)) for x, miss in zip(reals, (float("inf"), 0.0, 0.0), strict=True)]
-    return [*found, v.select(hit, Value("index", number), v.index(0))]
+    results = [v.select(hit, x, v.real(miss)) for x, miss in zip(reals, (float("inf"), 0.0, 0.0), strict=True)]
+    return [*results, v.select(hit, IRValue("index", number), v.index(0))]
 
 
 def _address(v: Lanes, table: int, which: int) -> str:
@@ -71,23 +71,23 @@ def _row(v: Lanes, row: int) -> str:
     return v.emit("address", f"getelementptr i8, ptr %packet, i64 {4 * PACKET * row}").name
 
 
-def _store(v: Lanes, row: int, kind: str, value: str) -> None:
-    v.write(f"store {kind} {value}, ptr {_row(v, row)}, align 64")
+def _store(v: Lanes, row: int, row_type: str, value: str) -> None:
+    v.write(f"store {row_type} {value}, ptr {_row(v, row)}, align 64")
 
 
 def _load(v: Lanes, row: int) -> str:
-    kind = _WHOLE if row in (TRIANGLE, GEOMETRY) else _FLOATS
-    return v.emit("row", f"load {kind}, ptr {_row(v, row)}, align 64").name
+    row_type = _WHOLE if row in (TRIANGLE, GEOMETRY) else _FLOATS
+    return v.emit("row", f"load {row_type}, ptr {_row(v, row)}, align 64").name
 
 
-def _lanes(v: Lanes, kind: str, value: str, lanes: range, count: int, zero: int = 0) -> str:
-    """These lanes of a vector as one of `count`; what is left has lane number 0, or 0 where `zero` is the width."""
+def _lanes(v: Lanes, vector: str, value: str, lanes: range, count: int, zero: int = 0) -> str:
+    """These lanes of a vector as one of `count`; further lanes have lane number 0, or 0 where `zero` is the width."""
     picks = ", ".join(f"i32 {lanes[i] if i < len(lanes) else zero}" for i in range(count))
-    return v.emit("lanes", f"shufflevector {kind} {value}, {kind} zeroinitializer, <{count} x i32> <{picks}>").name
+    return v.emit("lanes", f"shufflevector {vector} {value}, {vector} zeroinitializer, <{count} x i32> <{picks}>").name
 
 
 def _joined(v: Lanes, parts: Sequence[str], whole: bool) -> str:
     """Rows of packets as one vector of the width of the kernel, at most two."""
-    kind, other = (_WHOLE if whole else _FLOATS), parts[-1]
+    vector, other = (_WHOLE if whole else _FLOATS), parts[-1]
     picks = ", ".join(f"i32 {i}" for i in range(v.width))
-    return v.emit("lanes", f"shufflevector {kind} {parts[0]}, {kind} {other}, <{v.width} x i32> <{picks}>").name
+    return v.emit("lanes", f"shufflevector {vector} {parts[0]}, {vector} {other}, <{v.width} x i32> <{picks}>").name

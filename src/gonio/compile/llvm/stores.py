@@ -7,7 +7,7 @@ from math import gcd
 
 from ...trace.graph import MASK
 from .access import INLINE, LINE, STRUCTURED, Access
-from .lanes import Value
+from .lanes import IRValue
 from .program import ADDED, EACH, SQUARED
 
 SQUARE = 16  # numbers of a matrix, which are stored together
@@ -30,13 +30,13 @@ class Stores(Access):
             streamed = name
         self.v.write(f"%streamed = and i1 {streamed}, true")
 
-    def stored(self, node: int) -> tuple[Value, str, int]:
+    def stored(self, node: int) -> tuple[IRValue, str, int]:
         """A node's value as it is stored, its type, and the size of one element: masks become bytes."""
         value = self.values[node]
         if value.kind != MASK:
             return value, self.v.types["real"], self.size
-        kind = f"<{self.width} x i8>"
-        return self.v.emit("bytes", f"zext {self.v.types['mask']} {value.name} to {kind}"), kind, 1
+        vector = f"<{self.width} x i8>"
+        return self.v.emit("bytes", f"zext {self.v.types['mask']} {value.name} to {vector}"), vector, 1
 
     def output_address(self, k: int, step: int, offset: int = 0) -> str:
         """The address of element j of output k, whose elements are `step` bytes apart."""
@@ -57,9 +57,9 @@ class Stores(Access):
             if output.use != EACH:
                 continue
             values = [self.stored(node) for node in output.nodes]
-            n, w, (_, kind, size) = len(values), self.width, values[0]
+            n, w, (_, vector, size) = len(values), self.width, values[0]
             if n == 1:
-                store = f"store {kind} {values[0][0].name}, ptr {self.output_address(k, size)}"
+                store = f"store {vector} {values[0][0].name}, ptr {self.output_address(k, size)}"
                 left.append(store) if self.streamable(k) else self.v.write(f"{store}, align 1")
             elif n % SQUARE == 0 and self.streamable(k):
                 left += self.square_stores(k, [x for x, _, _ in values])
@@ -72,13 +72,13 @@ class Stores(Access):
             else:
                 for i in range(n):
                     part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
-                    left.append(f"store {kind} {part.name}, ptr {self.output_address(k, n * size, i * w * size)}")
+                    left.append(f"store {vector} {part.name}, ptr {self.output_address(k, n * size, i * w * size)}")
         return left
 
-    def structured_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+    def structured_stores(self, k: int, values: Sequence[IRValue]) -> list[str]:
         """What `structured_loads` does, the other way round; the stores are left."""
-        n, w, kind, left = len(values), self.v.register, f"<{len(values) * self.v.register} x {self.real}>", []
-        poison = Value("real", "poison")
+        n, w, vector, left = len(values), self.v.register, f"<{len(values) * self.v.register} x {self.real}>", []
+        poison = IRValue("real", "poison")
         for start in range(0, self.width, w):
             parts = [self.v.shuffle(value, value, self.width, range(start, start + w)) for value in values]
             parts += [poison] * (-n % 2)
@@ -86,14 +86,14 @@ class Stores(Access):
             picks = [i % n * w + i // n for i in range(n * w)]
             whole = self.v.shuffle(pairs[0], pairs[-1] if len(pairs) > 1 else poison, 2 * w, picks)
             left.append(
-                f"store {kind} {whole.name}, ptr {self.output_address(k, n * self.size, start * n * self.size)}"
+                f"store {vector} {whole.name}, ptr {self.output_address(k, n * self.size, start * n * self.size)}"
             )
         return left
 
-    def blended_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+    def blended_stores(self, k: int, values: Sequence[IRValue]) -> list[str]:
         """What `blended_loads` does, the other way round; the stores are left."""
         left = []
-        n, w, kind = len(values), self.v.register, f"<{self.v.register} x {self.real}>"
+        n, w, vector = len(values), self.v.register, f"<{self.v.register} x {self.real}>"
         for start in range(0, self.width, w):
             ordered = []
             for c, value in enumerate(values):
@@ -102,14 +102,14 @@ class Stores(Access):
             for i in range(n):
                 part = self.blended(ordered, [(i * w + lane) % n for lane in range(w)])
                 address = self.output_address(k, n * self.size, (start * n + i * w) * self.size)
-                left.append(f"store {kind} {part.name}, ptr {address}")
+                left.append(f"store {vector} {part.name}, ptr {address}")
         return left
 
-    def square_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+    def square_stores(self, k: int, values: Sequence[IRValue]) -> list[str]:
         """Stores of matrices of `SQUARE` numbers, one behind the other: each is written as whole vectors, which
         lie across the lanes; the stores are left."""
         n, w, left = len(values), min(self.v.register, SQUARE), []
-        kind = f"<{w} x {self.real}>"
+        vector = f"<{w} x {self.real}>"
         for first in range(0, n, SQUARE):
             for start in range(0, self.width, w):
                 parts = values[first : first + SQUARE]
@@ -122,7 +122,7 @@ class Stores(Access):
                     parts = [self.v.shuffle(a, b, w, picks) for a, b in pairs for picks in dealt]
                 for i, part in enumerate(parts):
                     at = ((start + i * w // SQUARE) * n + first + i * w % SQUARE) * self.size
-                    left.append(f"store {kind} {part.name}, ptr {self.output_address(k, n * self.size, at)}")
+                    left.append(f"store {vector} {part.name}, ptr {self.output_address(k, n * self.size, at)}")
         return left
 
     def store_part(self) -> None:
@@ -143,36 +143,36 @@ class Stores(Access):
         total = self.v.emit("real", f"fadd {wide} {self.v.emit('real', load).name}, {term.name}")
         self.v.write(self.v.intrinsic(f"masked.store.{name}", "void", (wide, total.name), at, *where))
 
-    def scatter(self, k: int, mask: str, values: Sequence[tuple[Value, str, int]]) -> None:
+    def scatter(self, k: int, mask: str, values: Sequence[tuple[IRValue, str, int]]) -> None:
         n, w = len(values), self.width
         if n == 1 and mask == "%valid":
-            ((value, kind, size),) = values
+            ((value, vector, size),) = values
             full = f"masked.store.v{w}{'i8' if size == 1 else f'f{8 * size}'}.p0"
             where = ("ptr", self.output_address(k, size)), ("i32", "1"), (f"<{w} x i1>", mask)
-            self.v.write(self.v.intrinsic(full, "void", (kind, value.name), *where))
+            self.v.write(self.v.intrinsic(full, "void", (vector, value.name), *where))
             return
-        for c, (value, kind, size) in enumerate(values):
+        for c, (value, vector, size) in enumerate(values):
             address, name = self.output_address(k, n * size, c * size), self.v.name()
             steps = ", ".join(f"i64 {lane * n * size}" for lane in range(w))
             self.v.write(f"{name} = getelementptr i8, ptr {address}, {self.index_type} <{steps}>")
             full = f"masked.scatter.v{w}{'i8' if size == 1 else f'f{8 * size}'}.v{w}p0"
-            arguments = (kind, value.name), (f"<{w} x ptr>", name), ("i32", "1"), (f"<{w} x i1>", mask)
+            arguments = (vector, value.name), (f"<{w} x ptr>", name), ("i32", "1"), (f"<{w} x i1>", mask)
             self.v.write(self.v.intrinsic(full, "void", *arguments))
 
     def accumulate(self, node: int) -> None:
         wide = f"<{self.width} x double>"
-        term = self.v.select(Value("mask", "%valid"), self.values[node], self.v.real(0.0))
+        term = self.v.select(IRValue("mask", "%valid"), self.values[node], self.v.real(0.0))
         if self.size == 4:
             term = self.v.emit("real", f"fpext {self.v.types['real']} {term.name} to {wide}")
         self.v.write(f"%total{node}.next = fadd {wide} %total{node}, {term.name}")
 
-    def total(self, node: int) -> Value:
-        """What a node has come to along the inner axis: one double."""
+    def total(self, node: int) -> IRValue:
+        """The sum of a node along the inner axis: one double."""
         arguments = ("double", "0.0"), (f"<{self.width} x double>", f"%total{node}")
         call = self.v.intrinsic(f"vector.reduce.fadd.v{self.width}f64", "double", *arguments)
         return self.v.emit("real", call.replace("call", "call reassoc"))
 
-    def store_sums(self, k: int, totals: Mapping[int, Value]) -> None:
+    def store_sums(self, k: int, totals: Mapping[int, IRValue]) -> None:
         """Totals or their squares, or what they make with those in memory."""
         output = self.program.outputs[k]
         for c, node in enumerate(output.nodes):
@@ -187,7 +187,7 @@ class Stores(Access):
 
     def store_once(self, k: int) -> None:
         for c, node in enumerate(self.program.outputs[k].nodes):
-            value, kind, size = self.stored(node)
-            first = self.v.emit(value.kind, f"extractelement {kind} {value.name}, i64 0")
+            value, vector, size = self.stored(node)
+            first = self.v.emit(value.kind, f"extractelement {vector} {value.name}, i64 0")
             address = self.beyond(f"%q{k}", c * size)
             self.v.write(f"store {'i8' if size == 1 else self.real} {first.name}, ptr {address}, align 1")

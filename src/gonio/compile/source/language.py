@@ -30,7 +30,7 @@ LARGEST = 3.4028235e38
 
 
 @dataclass(frozen=True)
-class Vector:
+class NamedVector:
     """Numbers under one name: an argument or a result. `kind`: of each, as graphs have it."""
 
     name: str
@@ -44,8 +44,8 @@ class Signature:
     """A function: its name, arguments and results."""
 
     name: str
-    arguments: tuple[Vector, ...]
-    results: tuple[Vector, ...]
+    arguments: tuple[NamedVector, ...]
+    results: tuple[NamedVector, ...]
 
 
 class Language:
@@ -101,26 +101,26 @@ class Language:
         """The type of a vector; "" where it is an array, which C writes behind the name."""
         return self.words[kind] if width == 1 else ""
 
-    def component(self, v: Vector, i: int) -> str:
+    def component(self, v: NamedVector, i: int) -> str:
         """Component i of a vector."""
         return v.name if v.width == 1 else f"{v.name}[{i}]"
 
-    def constant_component(self, v: Vector, i: int) -> str:
+    def constant_component(self, v: NamedVector, i: int) -> str:
         """Component i of a constant at the top of the text."""
         return self.component(v, i)
 
-    def global_constant(self, v: Vector, values: Sequence[float]) -> str:
+    def global_constant(self, v: NamedVector, values: Sequence[float]) -> str:
         """Numbers of a material, at the top of the text."""
         numbers = ", ".join(map(self.number, values))
         if v.width == 1:
             return f"static const float {v.name} = {numbers};"
         return f"static const float {v.name}[{v.width}] = {{{numbers}}};"
 
-    def argument(self, v: Vector) -> str:
+    def argument(self, v: NamedVector) -> str:
         """An argument in a signature."""
         return f"{self.words[v.kind]} {v.name}" if v.width == 1 else f"const float {v.name}[{v.width}]"
 
-    def result(self, v: Vector) -> str:
+    def result(self, v: NamedVector) -> str:
         """A result in a signature, where it is not returned."""
         return f"{self.words[v.kind]} *{v.name}" if v.width == 1 else f"float {v.name}[{v.width}]"
 
@@ -177,14 +177,14 @@ class Language:
                 lines += [f"{v.name}[{i}] = {x};" for i, x in enumerate(values[v.name])]
         return lines
 
-    def returned(self, signature: Signature) -> Vector | None:
+    def returned(self, signature: Signature) -> NamedVector | None:
         """The one result that a function returns; None where results are arguments."""
         if len(signature.results) != 1:
             return None
         (single,) = signature.results
         return single if self.returns_arrays or self.type(single.width) else None
 
-    def built(self, v: Vector, values: Sequence[str]) -> str:
+    def built(self, v: NamedVector, values: Sequence[str]) -> str:
         """A vector of values."""
         return values[0] if v.width == 1 else f"{self.type(v.width)}({', '.join(values)})"
 
@@ -194,8 +194,8 @@ class Language:
         single = self.returned(signature)
         if single is None:
             arguments += [self.result(v) for v in signature.results]
-        kind = "void" if single is None else self.type(single.width, single.kind)
-        return f"{self.before}{kind} {signature.name}({', '.join(arguments)})"
+        result_type = "void" if single is None else self.type(single.width, single.kind)
+        return f"{self.before}{result_type} {signature.name}({', '.join(arguments)})"
 
     def function(self, signature: Signature, body: Sequence[str]) -> list[str]:
         """The lines of a function."""
@@ -244,18 +244,18 @@ class Shading(Language):
     def unread(self, name: str) -> str:
         return ""
 
-    def component(self, v: Vector, i: int) -> str:
+    def component(self, v: NamedVector, i: int) -> str:
         if v.width == 1:
             return v.name
         return f"{v.name}.{'xyzw'[i]}" if v.width in self.vectors else f"{v.name}[{i}]"
 
-    def argument(self, v: Vector) -> str:
+    def argument(self, v: NamedVector) -> str:
         return f"{self.type(v.width, v.kind)} {v.name}" if self.type(v.width) else f"float {v.name}[{v.width}]"
 
-    def result(self, v: Vector) -> str:
+    def result(self, v: NamedVector) -> str:
         return f"out {self.argument(v)}"
 
-    def global_constant(self, v: Vector, values: Sequence[float]) -> str:
+    def global_constant(self, v: NamedVector, values: Sequence[float]) -> str:
         numbers = list(map(self.number, values))
         if self.type(v.width):
             return f"const {self.type(v.width)} {v.name} = {self.built(v, numbers)};"
@@ -276,7 +276,7 @@ class Shading(Language):
                 lines += [f"{v.name}[{i}] = {x};" for i, x in enumerate(values[v.name])]
         return lines
 
-    def built(self, v: Vector, values: Sequence[str]) -> str:
+    def built(self, v: NamedVector, values: Sequence[str]) -> str:
         if v.width == 1:
             return values[0]
         return f"{self.type(v.width)}({', '.join(values)})" if self.type(v.width) else self.array(values)

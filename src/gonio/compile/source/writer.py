@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ...trace.graph import COMPARISONS, INDEX, LEAVES, MASK, Graph
 from . import elementary, reserved
-from .language import Language, Signature, Vector, bare
+from .language import Language, NamedVector, Signature, bare
 from .lines import wrapped
 from .names import suggested
 
@@ -23,7 +23,7 @@ LENGTH = 100
 
 
 class Load(NamedTuple):
-    """The text of what a graph loads, and what it is called in the names of what is made of it."""
+    """The text of a value that a graph loads, and the word for it in names of values made of it."""
 
     text: str
     word: str = ""
@@ -71,8 +71,8 @@ class Text:
         if operation not in self.helpers:
             self.helpers[operation] = []  # a helper that calls itself is the language's own function
             graph, node, names = elementary.graph_of(operation)
-            arguments = tuple(Vector(n) for n in names)
-            signature = Signature(name, arguments, (Vector("y" if "y" not in names else "result"),))
+            arguments = tuple(NamedVector(n) for n in names)
+            signature = Signature(name, arguments, (NamedVector("y" if "y" not in names else "result"),))
             inner = _Body(self, graph, {(i, 0): n for i, n in enumerate(names)}, operation)
             values = inner.written({signature.results[0].name: [node]})
             lines = [*inner.lines, *self.language.outputs(signature, values)]
@@ -224,13 +224,13 @@ class _Body:
 
     def exclusive(self, node: int, a: Sequence[tuple[str, int]]) -> tuple[str, int]:
         first, second = self.graph.arguments[node]
-        for known, other in ((first, 1), (second, 0)):
-            value = self.graph.value(known)
+        for leaf, other in ((first, 1), (second, 0)):
+            value = self.graph.value(leaf)
             if value is not None:
                 return (f"!{self.bound(a[other], 8)}", 8) if value else a[other]
         return self.language.different(self.bound(a[0], 6), self.bound(a[1], 6)), _ATOM
 
     def bound(self, term: tuple[str, int], binding: int) -> str:
         """A text, in brackets where it binds less tightly."""
-        text, own = term
-        return text if own >= binding else f"({text})"
+        text, tightness = term
+        return text if tightness >= binding else f"({text})"

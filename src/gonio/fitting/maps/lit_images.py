@@ -77,9 +77,9 @@ class LitImages:
                 f"saturation={saturation:g}, shadow={shadow:g}: expected a saturation above both 0 and it"
             )
         for light in lights:
-            if (found := light.arrival(np.zeros((1, 3)) + 1e-3 * math.pi).irradiance.shape[-1]) not in (1, channels):
+            if (count := light.arrival(np.zeros((1, 3)) + 1e-3 * math.pi).irradiance.shape[-1]) not in (1, channels):
                 several = f"1 or {channels}, as the images" if coloured else "1: the images have no channel axis"
-                raise ShapeError(f"lights: {type(light).__name__} has {found} channels; expected {several}")
+                raise ShapeError(f"lights: {type(light).__name__} has {count} channels; expected {several}")
         texels = math.prod(shape)
         return cls(
             values.reshape(len(values), texels, channels),
@@ -96,7 +96,7 @@ class LitImages:
     def __len__(self) -> int:
         return self.values.shape[1]
 
-    def block(self, texels: slice) -> Block:
+    def block(self, texels: slice) -> LitTexels:
         """Some texels, with what the lights send there."""
         L = np.ascontiguousarray(np.moveaxis(self.values[:, texels], 2, 0), dtype=float)
         with np.errstate(invalid="ignore"):
@@ -106,10 +106,10 @@ class LitImages:
         u = self.u if self.u is None or self.u.shape[1] == 1 else self.u[:, texels]
         w, E = self._far if self.position is None else self._arrivals(self.position[texels])
         if self.position is not None and not np.isfinite(E).all():
-            known = np.isfinite(E).all(axis=0)
-            counts &= known
-            w, E = np.where(known[:, None], w, 0.0), np.where(known, E, 0.0)
-        return Block(np.where(counts, L, 0.0), None if u is None else np.moveaxis(u, 2, 0), counts, w, E)
+            reached = np.isfinite(E).all(axis=0)
+            counts &= reached
+            w, E = np.where(reached[:, None], w, 0.0), np.where(reached, E, 0.0)
+        return LitTexels(np.where(counts, L, 0.0), None if u is None else np.moveaxis(u, 2, 0), counts, w, E)
 
     @cached_property
     def _far(self) -> tuple[np.ndarray, np.ndarray]:
@@ -117,15 +117,15 @@ class LitImages:
         return self._arrivals(np.zeros((1, 3)))
 
     def _arrivals(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See `Block`, for places (T, 3)."""
-        found = [light.arrival(places) for light in self.lights]
-        width = max(x.irradiance.shape[-1] for x in found)
-        E = np.stack([np.broadcast_to(x.irradiance, (len(places), width)).T for x in found], axis=1)
-        return np.stack([np.broadcast_to(x.w, places.shape).T for x in found]), E
+        """See `LitTexels`, for places (T, 3)."""
+        arrivals = [light.arrival(places) for light in self.lights]
+        width = max(x.irradiance.shape[-1] for x in arrivals)
+        E = np.stack([np.broadcast_to(x.irradiance, (len(places), width)).T for x in arrivals], axis=1)
+        return np.stack([np.broadcast_to(x.w, places.shape).T for x in arrivals]), E
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class LitTexels:
     """Values L (C, K, T), 0 where they do not count; u that broadcasts with them, or None; which count (K, T);
     directions to the lights w (K, 3, T or 1); irradiances E (C or 1, K, T or 1) of planes that face them."""
 

@@ -16,18 +16,18 @@ PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Elements of a symmetric matrix, in the order of its six numbers."""
 
 
-class Sums(NamedTuple):
+class NormalEquations(NamedTuple):
     """Normal equations of T texels: A (C or 1, 6, T), as xx, yy, zz, xy, xz, yz; q (C, 3, T); squares (C, T)."""
 
     A: np.ndarray
     q: np.ndarray
     squares: np.ndarray
 
-    def at(self, texels: Any) -> Sums:
-        return Sums(*(x[..., texels] for x in self))
+    def at(self, texels: Any) -> NormalEquations:
+        return NormalEquations(*(x[..., texels] for x in self))
 
 
-def solved(sums: Sums) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def solved(sums: NormalEquations) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The unit n (3, T) and f (C, T) of the least sum over channels of f^2 n.A n - 2 f q.n; whether they were found."""
     A, q, squares = sums
     if len(q) == 1:
@@ -55,8 +55,8 @@ def solved(sums: Sums) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _solution(A: np.ndarray, q: np.ndarray) -> np.ndarray:
     """A^-1 q (3, T) of symmetric matrices (6, T)."""
     co = cofactors(A)
-    found: np.ndarray = times(co[None], q)[0] / (A[0] * co[0] + A[3] * co[3] + A[4] * co[4])
-    return found
+    solution: np.ndarray = times(co[None], q)[0] / (A[0] * co[0] + A[3] * co[3] + A[4] * co[4])
+    return solution
 
 
 def cofactors(A: np.ndarray) -> np.ndarray:

@@ -15,9 +15,9 @@ from ...declared.notebooks import repr_html
 from ...errors import ParameterError
 from ...formula.text import listed
 from ..losses import ROBUST, SCALES
-from .lit_images import Block, LitImages
+from .lit_images import LitImages, LitTexels
 from .maps import counted
-from .normal_equations import PAIRS, Sums, cofactors, solved, times
+from .normal_equations import PAIRS, NormalEquations, cofactors, solved, times
 
 AT_ONCE = 1 << 13
 """Texels of a block, so that its arrays stay in the caches of the processor."""
@@ -91,9 +91,9 @@ class PhotometricStereo:
         lines = [f"{shape or 'one'} texels of photometric stereo"]
         degrees = np.degrees(self.normal_stderr)
         for name, x, unit in (("albedo", self.albedo, ""), ("standard error of the normal", degrees, " degrees")):
-            known = x[np.isfinite(x)]
-            if known.size:
-                low, middle, high = np.quantile(known, [0.05, 0.5, 0.95])
+            finite = x[np.isfinite(x)]
+            if finite.size:
+                low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
                 lines.append(f"  {name}: {middle:.4g}{unit} in the median, 90 % from {low:.4g} to {high:.4g}")
         lines += [f"  {n} texels: {text}" for text, n in self.count().items()]
         return "\n".join(lines)
@@ -174,7 +174,7 @@ def photometric_stereo(
 class _Texels:
     """T texels: what they show, and weights of it; normals n (3, T) and f = rho/pi (C, T), NaN where there are none."""
 
-    def __init__(self, block: Block):
+    def __init__(self, block: LitTexels):
         self.block, self.uses = block, block.counts.copy()
         self.precision = None if block.u is None else 1.0 / np.square(block.u)
         self.trust: np.ndarray | None = None  # weights (K, T) of robust fits
@@ -195,7 +195,7 @@ class _Texels:
                 self._face(2)
         return self._summary()
 
-    def _sums(self, texels: Any) -> Sums:
+    def _sums(self, texels: Any) -> NormalEquations:
         L, w, E = (x if x.shape[-1] == 1 else x[..., texels] for x in (self.block.L, self.block.w, self.block.E))
         weights = self.uses[None, :, texels].astype(float)
         if self.trust is not None:
@@ -207,9 +207,11 @@ class _Texels:
         pairs = np.stack([G[:, :, i] * G[:, :, j] for i, j in PAIRS], axis=2)
         squares = np.einsum("ckt,ckt->ct", WL, L)
         if G.shape[-1] == 1:
-            return Sums(np.swapaxes(pairs[..., 0], 1, 2) @ weights, np.swapaxes(G[..., 0], 1, 2) @ WL, squares)
+            return NormalEquations(
+                np.swapaxes(pairs[..., 0], 1, 2) @ weights, np.swapaxes(G[..., 0], 1, 2) @ WL, squares
+            )
         A = np.stack([(weights * pairs[:, :, k]).sum(axis=1) for k in range(6)], axis=1)
-        return Sums(A, np.stack([(WL * G[:, :, k]).sum(axis=1) for k in range(3)], axis=1), squares)
+        return NormalEquations(A, np.stack([(WL * G[:, :, k]).sum(axis=1) for k in range(3)], axis=1), squares)
 
     def _update(self, texels: Any) -> None:
         for kept, new in zip(self.sums, self._sums(texels), strict=True):
@@ -222,8 +224,8 @@ class _Texels:
     def _cosines(self) -> np.ndarray:
         """n . w (K, T)."""
         w = self.block.w
-        found: np.ndarray = w[..., 0] @ self.n if w.shape[-1] == 1 else np.einsum("kct,ct->kt", w, self.n)
-        return found
+        cosines: np.ndarray = w[..., 0] @ self.n if w.shape[-1] == 1 else np.einsum("kct,ct->kt", w, self.n)
+        return cosines
 
     def _face(self, steps: int) -> None:
         """Leave out the lights that normals face away from, until none changes."""
@@ -278,8 +280,8 @@ class _Texels:
             variance = np.where(free > 0, scatter * self.share**2 * used / self.trust.sum(axis=0), np.inf)
         angle = np.sqrt(variance * trace / minors)
         bend = -An / nAn[:, None]  # derivatives of ln f by n
-        turned = np.stack([(bend * bend).sum(axis=1), (bend * n).sum(axis=1)])
-        part = (trace * (turned[0] - turned[1] ** 2) - (times(H[None], bend) * bend).sum(axis=1)) / minors
+        products = np.stack([(bend * bend).sum(axis=1), (bend * n).sum(axis=1)])
+        part = (trace * (products[0] - products[1] ** 2) - (times(H[None], bend) * bend).sum(axis=1)) / minors
         spread = math.pi * np.sqrt(variance * (1.0 / nAn + f * f * part))
         rms = np.sqrt(costs / np.maximum(values, 1e-9))
         lost = np.isnan(n[0]) | ~(minors > UNSURE * trace * (f * f * A[:, :3].sum(axis=1)).sum(axis=0))

@@ -20,7 +20,7 @@ MARKS = (-99.0, -999.0, -9999.0, -99999.0)
 """Numbers that programs write where there is no value."""
 
 
-class Numbers(NamedTuple):
+class NumberColumns(NamedTuple):
     """The columns of a table as numbers, NaN where a value is missing.
 
     columns   number of the column -> (rows,)
@@ -43,7 +43,7 @@ def numbers(
     needed: Collection[int],
     decimal: str | None,
     missing: Sequence[str] = (),
-) -> Numbers:
+) -> NumberColumns:
     """The columns `wanted`; those that are `needed` must have a number in every row.
 
     Raises FormatError, with the line and the column, for a cell that is no number.
@@ -52,10 +52,10 @@ def numbers(
         raise FormatError(
             f"{sheet.path}: {len(layout.names)} columns, expected at most {COLUMNS}; split the table by channels"
         )
-    return _Reader(sheet, layout, {k: k in needed for k in sorted(wanted)}, decimal, missing).read()
+    return _NumberReader(sheet, layout, {k: k in needed for k in sorted(wanted)}, decimal, missing).read()
 
 
-class _Reader:
+class _NumberReader:
     """`columns`: number of a column -> whether it must have a number in every row."""
 
     def __init__(
@@ -78,7 +78,7 @@ class _Reader:
         self.repeated: list[int] = []
         self.below: list[str] = []
 
-    def read(self) -> Numbers:
+    def read(self) -> NumberColumns:
         """All rows."""
         parts: dict[int, list[np.ndarray]] = {k: [] for k in self.wanted}
         lines = []
@@ -89,7 +89,7 @@ class _Reader:
             if self.below:
                 break
         columns = {k: np.concatenate(part) if part else np.empty(0) for k, part in parts.items()}
-        return Numbers(columns, np.concatenate(lines), self.repeated, self.below, self.decimal)
+        return NumberColumns(columns, np.concatenate(lines), self.repeated, self.below, self.decimal)
 
     def _pieces(self) -> Iterator[tuple[Sequence[int], dict[int, np.ndarray]]]:
         start = self.layout.first - 1
@@ -225,14 +225,19 @@ def _cure(word: str, decimal: str) -> str:
 
 
 def without_marks(
-    path: object, layout: TableLayout, found: Numbers, k: int, missing: Sequence[str], places: Callable[[], np.ndarray]
+    path: object,
+    layout: TableLayout,
+    columns: NumberColumns,
+    k: int,
+    missing: Sequence[str],
+    places: Callable[[], np.ndarray],
 ) -> np.ndarray:
     """A column with NaN for the numbers among `missing`.
 
     Raises FormatError where it holds another number that programs write for a missing value, or, if nothing is said of
     any, one that repeats and stands decades apart. `places`: those of the rows, see `mark_of_missing`.
     """
-    column = found.columns[k]
+    column = columns.columns[k]
     stated = [float(word) for word in missing if plain_text.is_number(word)]
     if stated:
         column = np.where(np.isin(column, stated), np.nan, column)
@@ -243,7 +248,7 @@ def without_marks(
             or_not = "" if mark in MARKS else ", decades apart from all others"
             cure = f"say missing={mark:g}" + ("" if mark in MARKS else ", or missing='' if it was measured")
             raise FormatError(
-                f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r:.60}, in {len(at)} "
+                f"{path}, line {columns.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r:.60}, in {len(at)} "
                 f"rows{or_not}: is it the mark of a missing value? {cure}"
             )
     return column

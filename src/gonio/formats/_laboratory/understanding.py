@@ -13,7 +13,7 @@ from ...tables.angle_systems import ANGLES
 from .layout import TableLayout
 from .meanings import Meanings, Said
 from .names import IGNORE, UNCERTAINTY, VALUE, WAVELENGTH, WAVELENGTH_UNITS, Meaning, nanometres, unit_of
-from .numbers import Numbers, numbers, without_marks
+from .numbers import NumberColumns, numbers, without_marks
 from .sheets import CellSheet, TextSheet
 
 
@@ -51,7 +51,7 @@ class Understood(NamedTuple):
     in_radians: bool
     columns: list[Column]
     layout: TableLayout
-    numbers: Numbers
+    numbers: NumberColumns
     remarks: list[str]
 
 
@@ -61,10 +61,10 @@ def understand(sheet: TextSheet | CellSheet, said: Said) -> Understood:
     Raises FormatError where a name or a number is unknown or has two readings, with the option that decides it, and
     ParameterError for columns that are not there.
     """
-    return _Table(sheet, Meanings(sheet, said)).understood()
+    return _TableReader(sheet, Meanings(sheet, said)).understood()
 
 
-class _Table:
+class _TableReader:
     def __init__(self, sheet: TextSheet | CellSheet, meanings: Meanings):
         self.meanings, self.said, self.layout = meanings, meanings.said, meanings.layout
         self.of, self.names, self.path = meanings.of, meanings.names, sheet.path
@@ -152,15 +152,15 @@ class _Table:
         """Count azimuths from the side of the light, where they are counted from the mirror direction."""
         if {key for key in angles if key != WAVELENGTH} == {"theta_i", "theta_o"}:
             self._expect_sides(angles["theta_i"], angles["theta_o"])
-            key, turned = "theta_o", 0.0 - angles["theta_o"]
+            key, shifted = "theta_o", 0.0 - angles["theta_o"]
             words = "of the sign of theta_i in the mirror direction"
         elif self.said.forward == 0 and not {"phi", "phi_o"} & {*angles}:
             raise ParameterError("forward=0: expected a column phi or phi_o, or theta_i and theta_o alone")
         elif self.said.forward == 0:
             key = "phi" if "phi" in angles else "phi_o"
-            turned, words = angles[key] + half, "0 in the mirror direction, half a turn is added"
+            shifted, words = angles[key] + half, "0 in the mirror direction, half a turn is added"
         if self.said.forward == 0:
-            angles[key] = turned
+            angles[key] = shifted
             if key in places:
                 column = self.columns[places[key]]
                 self.columns[places[key]] = column._replace(meaning=f"{column.meaning}; {words}")

@@ -109,42 +109,42 @@ class Workbook:
 
     def _related(self, part: str, folder: str) -> dict[str, list[str]]:
         """Parts of this file by what they are, and their names by `_parts`."""
-        found: dict[str, list[str]] = {}
+        targets: dict[str, list[str]] = {}
 
-        def start(tag: str, given: Attributes) -> None:
-            if tag != "Relationship" or given.get("TargetMode") == "External":
+        def start(tag: str, attributes: Attributes) -> None:
+            if tag != "Relationship" or attributes.get("TargetMode") == "External":
                 return
-            target = posixpath.normpath(posixpath.join("/", folder, given.get("Target", ""))).lstrip("/")
-            kind = given.get("Type", "").rpartition("/")[2]
-            found.setdefault(kind, []).append(target)
-            if kind == "worksheet" and target in self._entries:
-                self._parts[given.get("Id", "")] = target
-            if sum(map(len, found.values())) > MANY:
+            target = posixpath.normpath(posixpath.join("/", folder, attributes.get("Target", ""))).lstrip("/")
+            relationship = attributes.get("Type", "").rpartition("/")[2]
+            targets.setdefault(relationship, []).append(target)
+            if relationship == "worksheet" and target in self._entries:
+                self._parts[attributes.get("Id", "")] = target
+            if sum(map(len, targets.values())) > MANY:
                 raise ValueError(f"more than {MANY} parts")
 
         if part in self._entries:
             self._parts = {}
             self._read(part, start)
-        return found
+        return targets
 
-    def _workbook(self, tag: str, given: Attributes) -> None:
-        if tag == "workbookPr" and given.get("date1904") in ("1", "true"):
+    def _workbook(self, tag: str, attributes: Attributes) -> None:
+        if tag == "workbookPr" and attributes.get("date1904") in ("1", "true"):
             self._epoch = datetime(1904, 1, 1)
         if tag == "sheet":
-            for name, number in given.items():
+            for name, number in attributes.items():
                 if name.endswith(":id") and number in self._parts:
-                    self.sheets[given.get("name", "")] = self._parts[number]
+                    self.sheets[attributes.get("name", "")] = self._parts[number]
 
-    def _styled(self, tag: str, given: Attributes) -> None:
+    def _styled(self, tag: str, attributes: Attributes) -> None:
         if tag == "numFmt" and len(self._formats) < MANY:
-            code = _WORDS.sub("", given.get("formatCode", "")[:CELL].partition(";")[0])
-            self._formats[int(given["numFmtId"])] = re.search("[dmhys]", code, re.IGNORECASE) is not None
+            code = _WORDS.sub("", attributes.get("formatCode", "")[:CELL].partition(";")[0])
+            self._formats[int(attributes["numFmtId"])] = re.search("[dmhys]", code, re.IGNORECASE) is not None
         elif tag == "cellXfs":
             self._style = 0
         elif tag == "cellStyles":
             self._style = -1
         elif tag == "xf" and self._style >= 0:
-            number = int(given.get("numFmtId", "0"))
+            number = int(attributes.get("numFmtId", "0"))
             if self._formats.get(number, number in DATES) and self._style < MANY:
                 self._dates.add(self._style)
             self._style += 1
@@ -158,7 +158,7 @@ class Workbook:
         parser = expat.ParserCreate()
         parser.buffer_text = True
         parser.StartDoctypeDeclHandler = _doctype
-        parser.StartElementHandler = lambda tag, given: start(tag.rpartition(":")[2], given)
+        parser.StartElementHandler = lambda tag, attributes: start(tag.rpartition(":")[2], attributes)
         parser.EndElementHandler = lambda tag: end(tag.rpartition(":")[2])
         parser.CharacterDataHandler = data
         fed = 0
@@ -174,7 +174,7 @@ class Workbook:
 
     def rows(self, sheet: str) -> Iterator[list[str]]:
         """The rows of a sheet, from the first; those that are not there are empty."""
-        cells = _Cells(self._strings, self._dates, self._epoch, self._take)
+        cells = _SheetCells(self._strings, self._dates, self._epoch, self._take)
         empty: list[str] = []
         count = 0
         for _ in self._events(self.sheets[sheet], cells.start, cells.end, cells.data):
@@ -211,7 +211,7 @@ class _Texts:
         self._length = 0
         self._is_text = self._is_reading = False
 
-    def start(self, tag: str, given: Attributes) -> None:
+    def start(self, tag: str, attributes: Attributes) -> None:
         if tag == self.tag:
             self._pieces, self._length = [], 0
         self._is_reading |= tag == "rPh"
@@ -231,7 +231,7 @@ class _Texts:
             self.found.append("".join(self._pieces).strip())
 
 
-class _Cells:
+class _SheetCells:
     """The rows of a sheet: numbers, and texts of their cells."""
 
     def __init__(self, strings: list[str], dates: set[int], epoch: datetime, take: Callable[[int], None]):
@@ -244,23 +244,23 @@ class _Cells:
         self._number = self._last = self._column = 0
         self._kind, self._style, self._value, self._is_value = "n", "0", "", False
 
-    def start(self, tag: str, given: Attributes) -> None:
+    def start(self, tag: str, attributes: Attributes) -> None:
         if tag == "c":
-            self._kind, self._style, self._value = given.get("t", "n"), given.get("s", "0"), ""
+            self._kind, self._style, self._value = attributes.get("t", "n"), attributes.get("s", "0"), ""
             self._column += 1
-            if reference := given.get("r"):
+            if reference := attributes.get("r"):
                 self._column = _column(reference.rstrip("0123456789"))
             if not 0 < self._column <= COLUMNS:
                 raise ValueError(f"a cell in column {self._column}, expected at most {COLUMNS}")
         elif tag == "v":
             self._is_value = True
         elif tag == "row":
-            self._number = int(given.get("r", self._number + 1))
+            self._number = int(attributes.get("r", self._number + 1))
             if not self._last < self._number <= ROWS:
                 raise ValueError(f"row {self._number} after {self._last}, expected rising numbers up to {ROWS}")
             self._row, self._column, self._last = [], 0, self._number
         else:
-            self._inline.start(tag, given)
+            self._inline.start(tag, attributes)
 
     def data(self, text: str) -> None:
         if self._is_value:
@@ -312,8 +312,8 @@ class _Cells:
     def _once(self, text: str) -> str:
         """The same text for cells that have the same."""
         self._inline.found.clear()
-        if (known := self._same.get(text)) is not None:
-            return known
+        if (same := self._same.get(text)) is not None:
+            return same
         self._take(sys.getsizeof(text))
         if len(self._same) < SAME:
             self._same[text] = text

@@ -57,7 +57,7 @@ class Filed(Gridded):
         self._hold(filed=content, filed_as=read_as, filed_with=read_with, stated_totals=tuple(stated_totals))
 
 
-class Asked(NamedTuple):
+class GridRequest(NamedTuple):
     """What a caller of a writer asked for: angles [degrees] by the file's words, the step, the channel."""
 
     angles: Mapping[str, Sequence[float] | None]
@@ -70,7 +70,7 @@ class Asked(NamedTuple):
         return self.step is None and all(x is None for x in self.angles.values())
 
 
-def as_filed(m: Reflectance, kind: type, asked: Asked) -> Any:
+def as_filed(m: Reflectance, file_class: type, asked: GridRequest) -> Any:
     """The content of the file that m was read from, if it is of this kind and m is unchanged since; else None.
 
     None, too, where something is asked for. Raises ParameterError for a delta lobe and for maps, which no table of f
@@ -80,7 +80,7 @@ def as_filed(m: Reflectance, kind: type, asked: Asked) -> Any:
     for part in parts.values():
         tabular_shape(part)
     first = next(iter(parts.values()), None)
-    if not isinstance(first, Filed) or not isinstance(first.filed, kind):
+    if not isinstance(first, Filed) or not isinstance(first.filed, file_class):
         return None
     if not asked.own_angles or asked.channel is not None:
         return None
@@ -99,19 +99,19 @@ def mirrored_x(
     is its own inverse. `half`: the table is its own mirror image."""
     if half:
         return dict(axes), values
-    turned = {}
+    new_axes = {}
     for k, (name, x) in enumerate(axes.items()):
-        turned[name] = x
+        new_axes[name] = x
         if name not in AZIMUTHS:
             continue
         period = (periods or {}).get(name, 2.0 * math.pi)
-        turned[name], values = (math.pi if name in ABSOLUTE else period) - x[::-1], np.flip(values, k)
+        new_axes[name], values = (math.pi if name in ABSOLUTE else period) - x[::-1], np.flip(values, k)
         if x[0] >= 0.0 and x[-1] < period - SAME:  # an open circle stays within 0 and its period
-            around = np.mod(turned[name], period)
+            around = np.mod(new_axes[name], period)
             around[around > period - SAME] = 0.0
             order = np.argsort(around)
-            turned[name], values = around[order], values.take(order, k)
-    return turned, values
+            new_axes[name], values = around[order], values.take(order, k)
+    return new_axes, values
 
 
 def as_lit(m: Reflectance) -> Reflectance:
@@ -138,9 +138,9 @@ def increasing(path: Any, name: str, nodes: Sequence[float], low: float, high: f
         raise FormatError(f"{path}: {name} covers {x[-1] - x[0]:g} degrees, expected at most 360")
 
 
-def without_ground(kind: str, axes: Mapping[str, np.ndarray], values: np.ndarray) -> np.ndarray:
+def without_ground(system: str, axes: Mapping[str, np.ndarray], values: np.ndarray) -> np.ndarray:
     """Values (grid..., C) with NaN for the zeros below the horizon, which only pad the table."""
-    below = ~above(*angle_system(kind).directions(axes))
+    below = ~above(*angle_system(system).directions(axes))
     return np.where(below[..., None] & (values == 0.0), np.nan, values)
 
 
@@ -176,16 +176,16 @@ def from_rows(
     return Filed("angles", axes, table, mirrored=mirrored, **named)
 
 
-def on_grid(m: Reflectance, kind: str, axes: Mapping[str, np.ndarray]) -> np.ndarray:
+def on_grid(m: Reflectance, system: str, axes: Mapping[str, np.ndarray]) -> np.ndarray:
     """`values_at` the nodes of a grid, axes in the order of its system."""
-    return values_at(m, *angle_system(kind).directions(axes))
+    return values_at(m, *angle_system(system).directions(axes))
 
 
-def own_table(m: Reflectance, kind: str, asked: Asked) -> tuple[Gridded, np.ndarray] | None:
+def own_table(m: Reflectance, system: str, asked: GridRequest) -> tuple[Gridded, np.ndarray] | None:
     """A measurement on such axes and its f (grid..., C), where no angles are asked for; else None."""
     if not isinstance(m, Gridded) or not asked.own_angles:
         return None
-    if tuple(m.axes) != angle_system(kind).axes(tree.is_oriented(m)):
+    if tuple(m.axes) != angle_system(system).axes(tree.is_oriented(m)):
         return None
     return m, m.brdf() if m.channel_names else m.brdf()[..., None]
 
@@ -308,7 +308,9 @@ Channel = Annotated[
 ]
 
 
-def asked_or_usual(layout: Layout, parts: Sequence[Reflectance], asked: Asked) -> tuple[dict[str, list[float]], bool]:
+def asked_or_usual(
+    layout: Layout, parts: Sequence[Reflectance], asked: GridRequest
+) -> tuple[dict[str, list[float]], bool]:
     """Angles of a written model [degrees], by the file's words, those asked for or the layout's usual ones; and whether
     the sample is turned: parts are anisotropic, or such angles asked for.
 
@@ -325,8 +327,8 @@ def asked_or_usual(layout: Layout, parts: Sequence[Reflectance], asked: Asked) -
     count = max(4, 2 * round(90.0 / step))
     circle = (np.arange(count) * (360.0 / count)).round(9).tolist()
     half, turns = [*circle[: count // 2], 180.0], circle[:: max(1, round(count / 12))]
-    own = own_nodes(parts[0]) if asked.step is None else {}
-    polar = {name: plain_text.degrees(x).tolist() for name, x in own.items() if len(x) <= OWN}
+    nodes = own_nodes(parts[0]) if asked.step is None else {}
+    polar = {name: plain_text.degrees(x).tolist() for name, x in nodes.items() if len(x) <= OWN}
     theta_i = asked.angles.get(words["theta_i"]) or polar.get("theta_i", steps(80.0, min(2.0 * step, 80.0)))
     theta_o = polar.get("theta_o", steps(85.0, step))
     usual = Angles(list(theta_i), theta_o, half, circle, turns, circle if oriented else half, step)
@@ -336,11 +338,11 @@ def asked_or_usual(layout: Layout, parts: Sequence[Reflectance], asked: Asked) -
     return angles | alone, oriented
 
 
-def tabulated(layout: Layout, m: Reflectance, asked: Asked) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
+def tabulated(layout: Layout, m: Reflectance, asked: GridRequest) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
     """Axes [rad], f (grid..., C), and whether they are mirrored: of a measurement on such axes its own, where no angles
     are asked for, else at `asked_or_usual` ones of the whole circle."""
-    if own := own_table(m, layout.system, asked):
-        return own[0].axes, own[1], own[0].is_mirrored
+    if table := own_table(m, layout.system, asked):
+        return table[0].axes, table[1], table[0].is_mirrored
     axes = layout.nodes(*asked_or_usual(layout, [m], asked))
     return axes, on_grid(m, layout.system, axes), False
 

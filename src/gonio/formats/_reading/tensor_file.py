@@ -30,7 +30,7 @@ _SMALLEST_ENTRY = 2 + 2 + 1 + 8
 _MOST_AXES = 32
 
 
-class Entry(NamedTuple):
+class _FieldHeader(NamedTuple):
     """A field in the header: type, offset of its data in the file, shape."""
 
     dtype: np.dtype
@@ -38,10 +38,10 @@ class Entry(NamedTuple):
     shape: tuple[int, ...]
 
 
-class Kept:
+class FieldInFile:
     """A field that stays in its file until it is asked for, and is read only if the file is still the same."""
 
-    def __init__(self, path: str, stamp: tuple[int, ...], entry: Entry):
+    def __init__(self, path: str, stamp: tuple[int, ...], entry: _FieldHeader):
         self.path, self.stamp, self.dtype, self.shape = path, stamp, entry.dtype, entry.shape
         self.offset, self.ndim, self.nbytes = entry.offset, len(entry.shape), _bytes(entry)
 
@@ -105,7 +105,7 @@ class _Header:
         return struct.unpack(layout, self.bytes(struct.calcsize(layout), part))
 
 
-def entries(file: BinaryIO, size: int, name: str) -> dict[str, Entry]:
+def entries(file: BinaryIO, size: int, name: str) -> dict[str, _FieldHeader]:
     """The fields in the header of a file of `size` bytes, which all lie within it; FormatError for other files."""
     head = _Header(file, size, name)
     magic = head.bytes(len(MAGIC), "the signature")
@@ -118,7 +118,7 @@ def entries(file: BinaryIO, size: int, name: str) -> dict[str, Entry]:
     most = (size - _START) // _SMALLEST_ENTRY
     if count > most:
         raise FormatError(f"{name}: header says {count} fields, {size} bytes can hold at most {most}")
-    fields: dict[str, Entry] = {}
+    fields: dict[str, _FieldHeader] = {}
     for i in range(count):
         field, entry = _entry(head, i)
         if field in fields:
@@ -134,11 +134,11 @@ def entries(file: BinaryIO, size: int, name: str) -> dict[str, Entry]:
     return fields
 
 
-def _bytes(entry: Entry) -> int:
+def _bytes(entry: _FieldHeader) -> int:
     return math.prod(entry.shape) * entry.dtype.itemsize
 
 
-def _entry(head: _Header, i: int) -> tuple[str, Entry]:
+def _entry(head: _Header, i: int) -> tuple[str, _FieldHeader]:
     """Name and entry of the i-th field."""
     (length,) = head.numbers("H", f"field {i}")
     raw = head.bytes(length, f"the name of field {i}")
@@ -151,7 +151,7 @@ def _entry(head: _Header, i: int) -> tuple[str, Entry]:
         raise FormatError(f"{head.name}: field {field!r} has {axes} axes, expected at most {_MOST_AXES}")
     if code not in TYPES:
         raise FormatError(f"{head.name}: field {field!r} has type {code}, expected 1 to {len(TYPES)}")
-    return field, Entry(TYPES[code], offset, head.numbers(f"{axes}Q", f"the shape of field {field!r}"))
+    return field, _FieldHeader(TYPES[code], offset, head.numbers(f"{axes}Q", f"the shape of field {field!r}"))
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
@@ -162,15 +162,15 @@ def read(path: Path) -> dict[str, np.ndarray]:
     return {field: np.ndarray(e.shape, e.dtype, buffer=data, offset=e.offset) for field, e in fields.items()}
 
 
-def as_array(field: np.ndarray | Kept) -> np.ndarray:
+def as_array(field: np.ndarray | FieldInFile) -> np.ndarray:
     """A field as an array."""
-    return field.read() if isinstance(field, Kept) else field
+    return field.read() if isinstance(field, FieldInFile) else field
 
 
 def expect(
     fields: Mapping[str, Any], where: str, name: str, shape: tuple[int | None, ...], dtype: str = "float32"
 ) -> Any:
-    """The field of that name, an array or `Kept`, of this type and shape (None: any length but 0).
+    """The field of that name, an array or `FieldInFile`, of this type and shape (None: any length but 0).
 
     Raises FormatError for another one; `where` names the file.
     """
@@ -189,13 +189,13 @@ def serialize(fields: Mapping[str, np.ndarray]) -> bytes:
     return b"".join(_pieces(fields))
 
 
-def _pieces(fields: Mapping[str, np.ndarray | Kept]) -> Iterator[Any]:
+def _pieces(fields: Mapping[str, np.ndarray | FieldInFile]) -> Iterator[Any]:
     """The pieces of a tensor file, whose fields may be larger than memory."""
     codes = {dtype: code for code, dtype in TYPES.items()}
     arrays: list[Any] = []
     names = [field.encode("utf-8") for field in fields]
     for field, array in fields.items():
-        if isinstance(array, Kept):
+        if isinstance(array, FieldInFile):
             arrays.append(array)
             continue
         little = np.asarray(array).dtype.newbyteorder("<")
@@ -213,11 +213,11 @@ def _pieces(fields: Mapping[str, np.ndarray | Kept]) -> Iterator[Any]:
         at += array.nbytes
     for before, array in zip(padding, arrays, strict=True):
         yield bytes(before)
-        for part in array.rows() if isinstance(array, Kept) else [array]:
+        for part in array.rows() if isinstance(array, FieldInFile) else [array]:
             yield part.data.cast("B") if part.size else b""
 
 
-def write(path: Path, fields: Mapping[str, np.ndarray | Kept]) -> None:
+def write(path: Path, fields: Mapping[str, np.ndarray | FieldInFile]) -> None:
     """Write a tensor file; an existing file is replaced only when all is written."""
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.writelines(_pieces(fields))

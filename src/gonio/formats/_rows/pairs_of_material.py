@@ -25,7 +25,7 @@ from ...tables.scattered import Scattered
 from .direction_pairs import LEVEL, Pairs, material, seen_from, together
 
 
-class Nodes(NamedTuple):
+class _DefaultGrid(NamedTuple):
     """The default grid of angles of a written model.
 
     isotropic   numbers of theta_i, theta_o, phi
@@ -43,8 +43,8 @@ class Nodes(NamedTuple):
         return np.radians(np.linspace(0.0, last, count, endpoint=self.last is not None))
 
 
-FINE = Nodes((18, 18, 72), (18, 18, 72, 72))
-COARSE = Nodes((10, 10, 13), (7, 7, 9, 9), last=80.0)
+FINE = _DefaultGrid((18, 18, 72), (18, 18, 72, 72))
+COARSE = _DefaultGrid((10, 10, 13), (7, 7, 9, 9), last=80.0)
 
 MOST = 1 << 21
 """Pairs up to which a measurement's own nodes take the place of the default ones."""
@@ -65,7 +65,7 @@ def pairs_of(
     quantities: Sequence[str] = ("brdf",),
     *,
     incident: tuple[float, float] | None = None,
-    nodes: Nodes = FINE,
+    nodes: _DefaultGrid = FINE,
     as_held: bool = False,
 ) -> Pairs:
     """The pairs of a measurement, with its values as stored; of anything else, and where a resolution is given, f at
@@ -108,7 +108,7 @@ def table_of(m: Reflectance, resolution: Sequence[int] | None = None) -> Gridded
 
 
 def _of_model(
-    m: Reflectance, resolution: Sequence[int] | None, incident: tuple[float, float] | None, nodes: Nodes
+    m: Reflectance, resolution: Sequence[int] | None, incident: tuple[float, float] | None, nodes: _DefaultGrid
 ) -> Pairs:
     tabular_shape(m)
     isotropic = m.is_isotropic()
@@ -139,8 +139,8 @@ def _suited(m: Reflectance, axes: Mapping[str, np.ndarray]) -> dict[str, np.ndar
     """A measurement's own nodes in place of default ones, if they are not too many; of a model as many as f needs."""
     if not isinstance(m, Measured):
         return needed(m, SYSTEMS["angles"], axes)
-    own = own_nodes(m)
-    suited = {name: own.get(name, x) for name, x in axes.items()}
+    nodes = own_nodes(m)
+    suited = {name: nodes.get(name, x) for name, x in axes.items()}
     return suited if math.prod(map(len, suited.values())) <= MOST else dict(axes)
 
 
@@ -254,9 +254,9 @@ def _lit_from(
     theta_i, phi_i = seen_from(quarter, np.array([[*incident, 0.0, 0.0]]))[0, :2]
     if resolution is not None or not isinstance(m, Gridded) or tree.is_oriented(m):
         return pairs_of(m, resolution, quantities, incident=(theta_i, phi_i))
-    own = float(m.about.get("phi_i", 0.0)) if not isinstance(m, Scattered) else float(m.rows[0, 1])
-    pairs = pairs_of(m, None, quantities, incident=(theta_i, own))
-    return pairs._replace(angles=pairs.angles + np.array([0.0, phi_i - own, 0.0, phi_i - own]))
+    azimuth = float(m.about.get("phi_i", 0.0)) if not isinstance(m, Scattered) else float(m.rows[0, 1])
+    pairs = pairs_of(m, None, quantities, incident=(theta_i, azimuth))
+    return pairs._replace(angles=pairs.angles + np.array([0.0, phi_i - azimuth, 0.0, phi_i - azimuth]))
 
 
 def _is_lit(quarter: str, incident: tuple[float, float]) -> bool:

@@ -19,7 +19,7 @@ from .._rows.direction_pairs import Pairs, grid_of, gridded, half_circle, materi
 from .words import OPTIONS
 
 
-class Table(NamedTuple):
+class _FileTable(NamedTuple):
     """The content of a file; `axes` are the names of the columns of angles [rad] in `pairs`."""
 
     path: str
@@ -75,7 +75,7 @@ def of_columns(
         pairs = pairs._replace(angles=np.radians(pairs.angles))
     if not np.isfinite(pairs.angles).all():
         raise FormatError(f"{path}: an angle is no number")
-    return _of_angles(Table(path, axes, pairs, about, options), _COLUMNS[axes], side)
+    return _of_angles(_FileTable(path, axes, pairs, about, options), _COLUMNS[axes], side)
 
 
 IN_PLANE = ("theta_i", "theta_o")
@@ -86,7 +86,7 @@ _COLUMNS = {
 """Columns of angles -> their system, the first of `SYSTEMS` if several have them."""
 
 
-def _of_angles(table: Table, system: AngleSystem, side: str | None) -> Any:
+def _of_angles(table: _FileTable, system: AngleSystem, side: str | None) -> Any:
     path, names, pairs, about, options = table
     columns = dict(zip(names, pairs.angles.T, strict=True))
     periods = {k.removeprefix("period_"): _radians(path, k, v) for k, v in options.items() if k.startswith("period_")}
@@ -112,7 +112,7 @@ def _of_angles(table: Table, system: AngleSystem, side: str | None) -> Any:
 
 
 def _on_grid(
-    table: Table, name: str, axes: dict[str, np.ndarray], order: np.ndarray, periods: dict[str, float]
+    table: _FileTable, name: str, axes: dict[str, np.ndarray], order: np.ndarray, periods: dict[str, float]
 ) -> Gridded:
     """The grid; by default half a circle of phi is mirrored, and half a circle of phi_d means reciprocity."""
     path, _, pairs, about, options = table

@@ -32,7 +32,7 @@ from ...formula.warp import cosine_hemisphere, cosine_hemisphere_density
 from ...pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from ...tables.gridded import Gridded
 from ...tables.nodes import f_at
-from .._layout import CHANNEL, Axis, Layout
+from .._layout import CHANNEL, FileAxis, Layout
 from .._reading import large_tables
 from .cells import ALBEDO, ROW, SCALE, SHAPES, N, bordered, centres, is_valid, rings
 
@@ -44,7 +44,9 @@ SUFFIXES = (".binary",)
 DESCRIPTION = "isotropic RGB on half and difference angles (Matusik et al. 2003)"
 ORACLE = "own files from the published description; length and sha256 of the published files"
 
-LAYOUT = Layout("half_difference", {"plane": CHANNEL, **{name: Axis(name) for name in ("theta_h", "theta_d", "phi_d")}})
+LAYOUT = Layout(
+    "half_difference", {"plane": CHANNEL, **{name: FileAxis(name) for name in ("theta_h", "theta_d", "phi_d")}}
+)
 AXES = {"theta_h": "half angle", "theta_d": "difference angle", "phi_d": "azimuth of wi about the half vector"}
 HEADER = 12
 

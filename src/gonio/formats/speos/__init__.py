@@ -42,13 +42,13 @@ from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
 from ...formula import tree
 from ...models.sheet import Sheet
-from .._layout import CHANNEL, Axis, Layout
+from .._layout import CHANNEL, FileAxis, Layout
 from .._optical.angle_tables import (
     AngleList,
-    Asked,
     Channel,
     Filed,
     Filing,
+    GridRequest,
     IncidentAngles,
     OutgoingAngles,
     Step,
@@ -66,7 +66,7 @@ from .._optical.angle_tables import (
 from .._reading import plain_text
 from .._reading.channel_words import LONGEST, SHORTEST, Wavelengths
 from .._sides import SideOfReflection, joined, same_from_both, wanted
-from .contents import ANISOTROPIC, BRDF, START, Part, SpeosFile, Table, read_sheet, written
+from .contents import ANISOTROPIC, BRDF, START, AngleTable, ScatteredPart, SpeosFile, read_sheet, written
 
 NAME = "Speos"
 SUFFIXES = (".brdf", ".anisotropicbsdf")
@@ -78,11 +78,11 @@ TRANSMITS = True
 LAYOUT = Layout(
     "angles",
     {
-        "sample": Axis("phi_i", 180.0, usual=lambda usual: usual.turns),
-        "incidence": Axis("theta_i", usual=lambda usual: usual.theta_i),
+        "sample": FileAxis("phi_i", 180.0, usual=lambda usual: usual.turns),
+        "incidence": FileAxis("theta_i", usual=lambda usual: usual.theta_i),
         "wavelength": CHANNEL,
-        "theta": Axis("theta_o", usual=lambda usual: usual.to_grazing()),
-        "phi": Axis("phi", 180.0, usual=lambda usual: [*usual.circle, 360.0]),
+        "theta": FileAxis("theta_o", usual=lambda usual: usual.to_grazing()),
+        "phi": FileAxis("phi", 180.0, usual=lambda usual: [*usual.circle, 360.0]),
     },
 )
 SPECTRAL = 50  # largest growth, values over bytes of the file, by a spectrum that multiplies all tables
@@ -156,7 +156,7 @@ def _table(
     )  # fmt: skip
 
 
-def _from_other_side(path: Path, part: Part) -> Part:
+def _from_other_side(path: Path, part: ScatteredPart) -> ScatteredPart:
     """Transmission with theta from the normal of the side that light goes to, and the other way round."""
     if any((table.theta < 90.0 - 1e-9).any() for table in part.tables):
         lowest = min(table.theta.min() for table in part.tables)
@@ -164,12 +164,12 @@ def _from_other_side(path: Path, part: Part) -> Part:
     return _turned_over(part)
 
 
-def _turned_over(part: Part) -> Part:
+def _turned_over(part: ScatteredPart) -> ScatteredPart:
     tables = [t._replace(theta=180.0 - t.theta[::-1], values=t.values[::-1]) for t in part.tables]
     return part._replace(tables=tables)
 
 
-def _totals(sheet: SpeosFile, part: Part, names: tuple[float, ...] | None) -> list[Total]:
+def _totals(sheet: SpeosFile, part: ScatteredPart, names: tuple[float, ...] | None) -> list[Total]:
     """The shares of a `.brdf`'s tables; of an `.anisotropicbsdf` those of the direction that its spectrum is of."""
     if sheet.is_anisotropic:
         theta_i, turn = np.radians([*part.lit, 0.0][:2]).tolist()
@@ -180,14 +180,14 @@ def _totals(sheet: SpeosFile, part: Part, names: tuple[float, ...] | None) -> li
     return [Total(theta_i, 0.0, tuple(row)) for theta_i, row in zip(angles, shares.tolist(), strict=True)]
 
 
-def _integral(sheet: SpeosFile, table: Table) -> float:
+def _integral(sheet: SpeosFile, table: AngleTable) -> float:
     """Of f cos(theta_o), in the table's own unit."""
     theta = np.radians(table.theta)
     values = table.values * np.cos(theta)[:, None] if sheet.of_bsdf else table.values
     return reflected(theta, np.radians(table.phi), values)
 
 
-def _unit(sheet: SpeosFile, part: Part) -> np.ndarray:
+def _unit(sheet: SpeosFile, part: ScatteredPart) -> np.ndarray:
     """The factor (theta, 1) that makes values the BRDF but for a scale."""
     cosine = np.cos(np.radians(part.tables[0].theta))[:, None]
     return np.ones_like(cosine) if sheet.of_bsdf else 1.0 / np.where(cosine > 1e-6, cosine, np.nan)
@@ -197,14 +197,14 @@ def _scale(share: float, integral: float) -> float:
     return share / 100.0 / integral if integral > 0.0 else math.nan
 
 
-def _isotropic(sheet: SpeosFile, part: Part) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[float, ...]]:
+def _isotropic(sheet: SpeosFile, part: ScatteredPart) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[float, ...]]:
     scales = [_scale(table.share, _integral(sheet, table)) for table in part.tables]
     tables = [s * t.values * _unit(sheet, part) for s, t in zip(scales, part.tables, strict=True)]
     f = np.array(tables).reshape(1, len(part.incidence[0]), len(part.spectrum), *tables[0].shape)
     return *_about_light(part, f), tuple(part.spectrum[:, 0].tolist())
 
 
-def _about_light(part: Part, f: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _about_light(part: ScatteredPart, f: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Axes [rad], and f (theta_i, theta_o, phi, C), of f with the axes of `LAYOUT`; one side stays one side."""
     phi = part.tables[0].phi
     angles: dict[str, Any] = {"incidence": part.incidence[0], "theta": part.tables[0].theta, "phi": phi}
@@ -213,7 +213,7 @@ def _about_light(part: Part, f: np.ndarray) -> tuple[dict[str, np.ndarray], np.n
 
 
 def _anisotropic(
-    path: Path, sheet: SpeosFile, part: Part, wavelengths: Sequence[float] | None
+    path: Path, sheet: SpeosFile, part: ScatteredPart, wavelengths: Sequence[float] | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[float, ...] | None]:
     first = part.incidence[0]
     if any(incidence != first for incidence in part.incidence):
@@ -227,7 +227,7 @@ def _anisotropic(
     return axes, f if names else f[..., 0], names
 
 
-def _reference(sheet: SpeosFile, part: Part) -> float:
+def _reference(sheet: SpeosFile, part: ScatteredPart) -> float:
     """Integral for the direction of light that the spectrum was measured with."""
     theta, turn = part.lit[0], part.lit[1] if len(part.lit) > 1 else 0.0
     row = int(np.abs(np.array(part.turns) - turn).argmin())
@@ -238,7 +238,7 @@ def _reference(sheet: SpeosFile, part: Part) -> float:
 
 
 def _shares(
-    path: Path, part: Part, wavelengths: Sequence[float] | None, size: int
+    path: Path, part: ScatteredPart, wavelengths: Sequence[float] | None, size: int
 ) -> tuple[np.ndarray, tuple[float, ...] | None]:
     """Shares (C,) and wavelengths of the channels, or one share where they are all the same."""
     nm, shares = part.spectrum.T
@@ -252,15 +252,15 @@ def _shares(
     return shares / 100.0, tuple(nm.tolist())
 
 
-def _oriented(path: Path, part: Part, f: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _oriented(path: Path, part: ScatteredPart, f: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Axes [rad] with phi_o for phi, and f (theta_i, theta_o, phi_i, phi_o, C): phi_o = phi + sample's angle."""
     phi = part.tables[0].phi
     around = phi[:-1] if len(phi) > 1 and abs(phi[-1] - phi[0] - 360.0) < 1e-9 else phi
-    turned = [np.mod(np.round(around + turn, 9), 360.0) for turn in part.turns]
-    phi_o = np.unique(np.concatenate(turned))
+    azimuths = [np.mod(np.round(around + turn, 9), 360.0) for turn in part.turns]
+    phi_o = np.unique(np.concatenate(azimuths))
     if f[0].size * len(part.turns) * len(phi_o) > len(phi) * SPECTRAL * path.stat().st_size:
         raise FormatError(f"{path}: phi and angles of the sample make {len(phi_o)} azimuths; resample to one step")
-    rows = [at_azimuths(phi_o, nodes, row) for nodes, row in zip(turned, np.moveaxis(f, 2, -1), strict=True)]
+    rows = [at_azimuths(phi_o, nodes, row) for nodes, row in zip(azimuths, np.moveaxis(f, 2, -1), strict=True)]
     phi_i = LAYOUT.axes["sample"].of_file(np.array(part.turns))
     axes = {"theta_i": part.incidence[0], "theta_o": part.tables[0].theta, "phi_i": phi_i, "phi_o": phi_o}
     return {name: np.radians(x) for name, x in axes.items()}, np.array(rows).transpose(1, 2, 0, 3, 4)
@@ -294,14 +294,14 @@ def write(
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
-    asked = Asked({"sample": phi_i, "incidence": theta_i, "theta": theta_o, "phi": phi}, step, channel)
+    asked = GridRequest({"sample": phi_i, "incidence": theta_i, "theta": theta_o, "phi": phi}, step, channel)
     sheet = as_filed(m, SpeosFile, asked) if wavelengths is None else None
     if sheet is None or sheet.is_anisotropic != anisotropic:
         sheet = _new(m, anisotropic, asked, wavelengths)
     plain_text.write(path, written(sheet))
 
 
-def _new(m: Reflectance, anisotropic: bool, asked: Asked, wavelengths: Sequence[float] | None) -> SpeosFile:
+def _new(m: Reflectance, anisotropic: bool, asked: GridRequest, wavelengths: Sequence[float] | None) -> SpeosFile:
     """A new file of reflection, of transmission, or of both."""
     sheets = {}
     for quarter, part in same_from_both(m, NAME).items():
@@ -319,10 +319,10 @@ def _new(m: Reflectance, anisotropic: bool, asked: Asked, wavelengths: Sequence[
     return next(iter(sheets.values()))._replace(parts=parts)
 
 
-def _sampled(m: Reflectance, anisotropic: bool, asked: Asked) -> tuple[dict[str, list[float]], np.ndarray]:
+def _sampled(m: Reflectance, anisotropic: bool, asked: GridRequest) -> tuple[dict[str, list[float]], np.ndarray]:
     """Angles of the file [degrees], and f with the axes of `LAYOUT`."""
-    if (own := own_table(m, "angles", asked)) and not tree.is_oriented(own[0]):
-        return LAYOUT.written(own[0].axes, own[1], own[0].is_mirrored)
+    if (table := own_table(m, "angles", asked)) and not tree.is_oriented(table[0]):
+        return LAYOUT.written(table[0].axes, table[1], table[0].is_mirrored)
     if not anisotropic and (asked.angles["sample"] is not None or not m.is_isotropic()):
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")
     angles, oriented = asked_or_usual(LAYOUT, [m], asked)
@@ -354,9 +354,9 @@ def _made_of(f: np.ndarray, angles: dict[str, list[float]], names: list[float], 
     theta, phi = np.array(angles["theta"]), np.array(angles["phi"])
     by_table = np.nan_to_num(f).reshape(-1, len(theta), len(phi))
     sheet = SpeosFile(ANISOTROPIC if anisotropic else BRDF, "written by gonio", "", [1.0, 0.0, 0.0], True, {})
-    shares = [100.0 * _integral(sheet, Table(0.0, theta, phi, table)) for table in by_table]
-    tables = [Table(s, theta, phi, table) for s, table in zip(shares, by_table, strict=True)]
+    shares = [100.0 * _integral(sheet, AngleTable(0.0, theta, phi, table)) for table in by_table]
+    tables = [AngleTable(s, theta, phi, table) for s, table in zip(shares, by_table, strict=True)]
     spectrum = np.array([[380.0, shares[0]], [780.0, shares[0]]] if anisotropic else [[nm] for nm in names])
     turns, first = angles["sample"], angles["incidence"]
-    part = Part(turns, [first] * len(turns), [first[0], turns[0]], "Reflection Spectrum", spectrum, tables)
+    part = ScatteredPart(turns, [first] * len(turns), [first[0], turns[0]], "Reflection Spectrum", spectrum, tables)
     return sheet._replace(parts={"reflection": part})

@@ -17,7 +17,7 @@ START = "optis - "
 BRDF, ANISOTROPIC = "OPTIS - brdf surface file v8.0", "OPTIS - Anisotropic BSDF surface file v8.0"
 
 
-class Table(NamedTuple):
+class AngleTable(NamedTuple):
     """Values (theta, phi) as written, angles [degrees], and the share [%] where tables have one."""
 
     share: float
@@ -26,7 +26,7 @@ class Table(NamedTuple):
     values: np.ndarray
 
 
-class Part(NamedTuple):
+class ScatteredPart(NamedTuple):
     """Reflection or transmission: tables by sample and incidence, or by incidence and wavelength.
 
     turns      angles of the sample, (0,) in a `.brdf`
@@ -40,7 +40,7 @@ class Part(NamedTuple):
     lit: list[float]
     word: str
     spectrum: np.ndarray
-    tables: list[Table]
+    tables: list[AngleTable]
 
 
 class SpeosFile(NamedTuple):
@@ -51,7 +51,7 @@ class SpeosFile(NamedTuple):
     description: str
     vector: list[float]
     of_bsdf: bool
-    parts: dict[str, Part]
+    parts: dict[str, ScatteredPart]
 
     @property
     def is_anisotropic(self) -> bool:
@@ -116,7 +116,7 @@ def _angles(lines: plain_text.Lines, name: str, low: float, high: float, count: 
     return angles
 
 
-def _isotropic_parts(lines: plain_text.Lines, names: list[str]) -> dict[str, Part]:
+def _isotropic_parts(lines: plain_text.Lines, names: list[str]) -> dict[str, ScatteredPart]:
     incidences, wavelengths = _counts(lines, "counts of angles of incidence and wavelengths")
     incidence = _angles(lines, "angles of incidence", 0.0, 90.0, incidences)
     spectrum = lines.numbers(wavelengths, "wavelengths")[:, None]
@@ -125,11 +125,11 @@ def _isotropic_parts(lines: plain_text.Lines, names: list[str]) -> dict[str, Par
     parts = {}
     for name in names:
         tables = [_table(lines, lines.numbers(1, "share [%]")[0]) for _ in range(len(incidence) * len(spectrum))]
-        parts[name] = Part([0.0], [incidence], [], "", spectrum, tables)
+        parts[name] = ScatteredPart([0.0], [incidence], [], "", spectrum, tables)
     return parts
 
 
-def _anisotropic_parts(lines: plain_text.Lines, names: list[str]) -> dict[str, Part]:
+def _anisotropic_parts(lines: plain_text.Lines, names: list[str]) -> dict[str, ScatteredPart]:
     angles = {}
     for name in names:
         turns = _angles(lines, "angles of the sample", -360.0, 360.0)
@@ -139,7 +139,7 @@ def _anisotropic_parts(lines: plain_text.Lines, names: list[str]) -> dict[str, P
     for name in names:
         turns, incidence = angles[name]
         tables = [_table(lines, math.nan) for row in incidence for _ in row]
-        parts[name] = Part(turns, incidence, *spectra[name], tables)
+        parts[name] = ScatteredPart(turns, incidence, *spectra[name], tables)
     return parts
 
 
@@ -156,7 +156,7 @@ def _spectrum(lines: plain_text.Lines) -> tuple[list[float], str, np.ndarray]:
     return lit, word, spectrum
 
 
-def _table(lines: plain_text.Lines, share: float) -> Table:
+def _table(lines: plain_text.Lines, share: float) -> AngleTable:
     thetas, phis = _counts(lines, "counts of theta and phi")
     phi = lines.numbers(phis, "azimuths phi")
     rows = lines.rows(phis + 1, thetas, "theta and values")
@@ -164,7 +164,7 @@ def _table(lines: plain_text.Lines, share: float) -> Table:
     where = f"{lines.path}, line {lines.number}"
     increasing(where, "phi", phi.tolist(), -360.0, 360.0)
     increasing(where, "theta", theta.tolist(), 0.0, 180.0)
-    return Table(float(share), theta, phi, rows[:, 1:].copy())
+    return AngleTable(float(share), theta, phi, rows[:, 1:].copy())
 
 
 def written(sheet: SpeosFile) -> Iterator[str]:

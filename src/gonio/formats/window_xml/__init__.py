@@ -32,8 +32,8 @@ from . import new, tree_nodes
 from ._cell_tables import DIRECTIONS, MIRRORED, VIEWED
 from .klems import KNOWN, AngleBasis, Klems
 from .tensor_tree import TensorTree
-from .tree_nodes import Tree
-from .xml_document import Block, Content, Document, parse
+from .tree_nodes import CubeTree
+from .xml_document import BlockHeader, BlockNumbers, Document, parse
 
 NAME = "WINDOW XML"
 SUFFIXES = (".xml",)
@@ -98,17 +98,17 @@ def read(
     parts: dict[str, Reflectance] = {}
     for quarter, choice in choices.items():
         facts = {**about, "side": VIEWED[quarter], "bands": [document.blocks[i].wavelength for i in choice.blocks]}
-        own = [tables[i] for i in choice.blocks]
+        band_tables = [tables[i] for i in choice.blocks]
         for i in choice.blocks:
             tables[i] = None  # as both would take the memory twice
         m: Klems | TensorTree
         if trees:
-            m = TensorTree(own, VIEWED[quarter], choice.colour, choice.names, path=str(path), about=facts)
+            m = TensorTree(band_tables, VIEWED[quarter], choice.colour, choice.names, path=str(path), about=facts)
         else:
             if len({bases[i] for i in choice.blocks}) > 1:
                 listed = ", ".join(facts["bands"])
                 raise FormatError(f"{path}: the bands {listed} have different angle bases; name one")
-            values = _stacked(own) if choice.names else own[0]
+            values = _stacked(band_tables) if choice.names else band_tables[0]
             named: dict[str, Any] = {"side": VIEWED[quarter], "channel_names": choice.names}
             m = Klems(Ours(values), *bases[choice.blocks[0]], path=str(path), about=facts, **named)
         parts[quarter] = tree.with_notes(m, document=document, chosen=(choice.blocks, others), quarter=quarter)
@@ -126,7 +126,7 @@ def _stacked(matrices: list[np.ndarray]) -> np.ndarray:
     return values
 
 
-class _Choice(NamedTuple):
+class _ChosenBlocks(NamedTuple):
     """Numbers of the blocks that are read, names of their channels if several, and "uv" where they are Y, u', v'."""
 
     blocks: tuple[int, ...]
@@ -134,29 +134,29 @@ class _Choice(NamedTuple):
     colour: str = ""
 
 
-def _bands(blocks: tuple[Block, ...], lines: list[int], path: Path) -> dict[str, dict[str, int]]:
+def _bands(blocks: tuple[BlockHeader, ...], lines: list[int], path: Path) -> dict[str, dict[str, int]]:
     """By quarter of a `Sheet` the bands in lower case, and the numbers of their blocks."""
-    found: dict[str, dict[str, int]] = {}
+    by_quarter: dict[str, dict[str, int]] = {}
     named = {direction.lower(): quarter for quarter, direction in DIRECTIONS.items()}
     for i, b in enumerate(blocks):
         quarter = named.get(b.direction.lower())
         if quarter is not None and b.kind.lower() in KINDS:
-            bands = found.setdefault(quarter, {})
+            bands = by_quarter.setdefault(quarter, {})
             if b.wavelength.lower() in bands:
                 raise FormatError(f"{path}, line {lines[i]}: a second block of {b.label}; expected one")
             bands[b.wavelength.lower()] = i
-    if not found:
+    if not by_quarter:
         listed = ", ".join(b.label for b in blocks)
         raise FormatError(f"{path}: holds neither reflection nor transmission; its blocks: {listed:.300}")
-    return found
+    return by_quarter
 
 
 def _choice(
-    blocks: tuple[Block, ...], bands: dict[str, int], quarter: str, wavelength: str | None, path: Path
-) -> _Choice:
+    blocks: tuple[BlockHeader, ...], bands: dict[str, int], quarter: str, wavelength: str | None, path: Path
+) -> _ChosenBlocks:
     spectral = {n: i for name, i in bands.items() if (n := _nanometres(name, blocks[i].unit)) is not None}
     ordered = tuple(sorted(spectral))
-    spectrum = _Choice(tuple(spectral[n] for n in ordered), ordered)
+    spectrum = _ChosenBlocks(tuple(spectral[n] for n in ordered), ordered)
     if wavelength == "spectral" and spectral:
         return spectrum
     if wavelength is not None:
@@ -165,18 +165,18 @@ def _choice(
             raise FormatError(
                 f"{path}: no band {wavelength!r} of the {_sides.CALLED[quarter]}; expected one of {listed:.300}"
             )
-        return _Choice((bands[wavelength.lower()],), None)
+        return _ChosenBlocks((bands[wavelength.lower()],), None)
     y = next((name for name in ("visible", "cie-y") if name in bands), None)
     for others, colour in ((("cie-x", "cie-z"), ""), (("cie-u", "cie-v"), "uv")):
         if y and all(name in bands for name in others):
             order = (y, *others) if colour else (others[0], y, others[1])
-            return _Choice(tuple(bands[name] for name in order), RELATIVE_XYZ, colour)
+            return _ChosenBlocks(tuple(bands[name] for name in order), RELATIVE_XYZ, colour)
     if y is None and spectral:
         return spectrum
-    return _Choice((bands[y] if y else next(iter(bands.values())),), None)
+    return _ChosenBlocks((bands[y] if y else next(iter(bands.values())),), None)
 
 
-def _agree(choices: dict[str, _Choice], path: Path) -> None:
+def _agree(choices: dict[str, _ChosenBlocks], path: Path) -> None:
     """Raises FormatError where quarters would be read with different channels."""
     if len({choice.names for choice in choices.values()}) > 1:
         each = "; ".join(f"{_sides.CALLED[q]}: {c.names or 'one band'}" for q, c in choices.items())
@@ -191,7 +191,7 @@ def _nanometres(name: str, unit: str) -> float | None:
 
 
 def _matrix_of(
-    document: Document, block: Block, content: Content, where: str
+    document: Document, block: BlockHeader, content: BlockNumbers, where: str
 ) -> tuple[AngleBasis, AngleBasis, np.ndarray]:
     """Incident and outgoing basis of a block, and its numbers by outgoing and incident patch."""
     values = content.numbers.array(where)
@@ -231,7 +231,7 @@ def _bases(document: Document, name: str, where: str) -> list[AngleBasis]:
     raise FormatError(f"{where}: the angle basis {name!r:.60} {problem}")
 
 
-def _tree_of(document: Document, block: Block, content: Content, where: str) -> Tree:
+def _tree_of(document: Document, block: BlockHeader, content: BlockNumbers, where: str) -> CubeTree:
     if block.incident.lower() not in ("", "lbnl/shirley-chiu"):
         raise FormatError(f"{where}: a tree over the angle basis {block.incident!r:.60}, expected 'LBNL/Shirley-Chiu'")
     return tree_nodes.parse(content.numbers, int(document.structure[-1]), where)

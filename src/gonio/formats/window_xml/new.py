@@ -18,7 +18,7 @@ from ._cell_tables import DIRECTIONS, VIEWED, Cellwise
 from .klems import FULL, HALF, QUARTER, AngleBasis, Klems
 from .means import averages, grids
 from .tensor_tree import TensorTree
-from .tree_nodes import Tree
+from .tree_nodes import CubeTree
 
 BASES = {"full": FULL, "half": HALF, "quarter": QUARTER}
 RESOLUTION = {3: 64, 4: 32}
@@ -78,9 +78,9 @@ _END = """</Layer>
 """
 
 
-def text(content: np.ndarray | Tree, structure: str) -> str:
+def text(content: np.ndarray | CubeTree, structure: str) -> str:
     """The numbers of a block: the outgoing patches as rows, or with "Rows" as columns; or a tree."""
-    if isinstance(content, Tree):
+    if isinstance(content, CubeTree):
         return tree_nodes.text(content)
     rows = content.T if structure == "Rows" else content
     return "\n" + "\n".join(", ".join(map(repr, row)) + "," for row in rows.tolist()) + "\n"
@@ -104,16 +104,16 @@ def fit_together(parts: Parts) -> bool:
 
 def of_cells(parts: Parts, name: str) -> list[bytes]:
     """A new file with the numbers of measurements as they are."""
-    blocks: list[_Block] = []
+    blocks: list[_QuarterBlock] = []
     bases: dict[AngleBasis, None] = {}
     for quarter, m in parts.items():
         if isinstance(m, Klems):
             values = m.values.reshape(*m.values.shape[:2], -1)
             patches = (m.incident, m.outgoing)
             bases |= dict.fromkeys(patches)
-            blocks += [_Block(quarter, band, values @ w, patches) for band, w in _bands(m, values.shape[2])]
+            blocks += [_QuarterBlock(quarter, band, values @ w, patches) for band, w in _bands(m, values.shape[2])]
         else:
-            blocks += [_Block(quarter, band, tree) for band, tree in zip(_tree_bands(m), m.trees, strict=True)]
+            blocks += [_QuarterBlock(quarter, band, tree) for band, tree in zip(_tree_bands(m), m.trees, strict=True)]
     one = next(iter(parts.values()))
     structure = "Columns" if isinstance(one, Klems) else f"TensorTree{one.dimensions}"
     return _framed(blocks, structure, name, bases)
@@ -124,11 +124,11 @@ def matrix(parts: Parts, basis: str | AngleBasis, name: str) -> list[bytes]:
     patches = BASES[basis] if isinstance(basis, str) else basis
     if patches.problem():
         raise ParameterError(f"basis={patches.name!r}: {patches.problem()}")
-    blocks: list[_Block] = []
+    blocks: list[_QuarterBlock] = []
     for quarter, m in parts.items():
         bands = _bands(m, *tabular_shape(m))
         values = _whole(m, averages(m, patches, VIEWED[quarter]))
-        blocks += [_Block(quarter, band, values @ weights, (patches, patches)) for band, weights in bands]
+        blocks += [_QuarterBlock(quarter, band, values @ weights, (patches, patches)) for band, weights in bands]
     return _framed(blocks, "Columns", name, {patches: None})
 
 
@@ -137,10 +137,10 @@ def tree(parts: Parts, dimensions: int, resolution: int | None, tolerance: float
     resolution, finest = RESOLUTION[dimensions] if resolution is None else resolution, FINEST[dimensions]
     if resolution > finest:
         raise ParameterError(f"resolution={resolution}: expected at most {finest} for {dimensions} dimensions")
-    blocks: list[_Block] = []
+    blocks: list[_QuarterBlock] = []
     for quarter, m in parts.items():
         by_band = _grids(m, dimensions, resolution, VIEWED[quarter])
-        blocks += [_Block(quarter, band, tree_nodes.from_grid(x, tolerance)) for band, x in by_band.items()]
+        blocks += [_QuarterBlock(quarter, band, tree_nodes.from_grid(x, tolerance)) for band, x in by_band.items()]
     return _framed(blocks, f"TensorTree{dimensions}", name)
 
 
@@ -206,7 +206,7 @@ def _tree_bands(m: TensorTree) -> list[tuple[str, str]]:
     return [(repr(float(n)), "Nanometer") for n in names]
 
 
-class _Block(NamedTuple):
+class _QuarterBlock(NamedTuple):
     """Numbers of a quarter in a band, (name, unit or "" of an integral); of a matrix the patches of wi and wo."""
 
     quarter: str
@@ -215,7 +215,7 @@ class _Block(NamedTuple):
     patches: tuple[AngleBasis, AngleBasis] | None = None
 
 
-def _framed(blocks: list[_Block], structure: str, name: str, bases: Iterable[AngleBasis] = ()) -> list[bytes]:
+def _framed(blocks: list[_QuarterBlock], structure: str, name: str, bases: Iterable[AngleBasis] = ()) -> list[bytes]:
     """A new file of blocks, which defines these bases."""
     defined = "".join(map(_defined, bases))
     pieces = [_START.format(name=escape(name or "BRDF"), structure=structure, bases=defined)]

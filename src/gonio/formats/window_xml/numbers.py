@@ -14,7 +14,7 @@ _SEPARATOR = np.isin(np.arange(128), [ord(c) for c in _BREAKS])
 _BLANK = str.maketrans(_BREAKS, " " * len(_BREAKS))
 
 
-class Numbers:
+class NumberText:
     """Numbers separated by white space, commas and braces."""
 
     def __init__(self) -> None:

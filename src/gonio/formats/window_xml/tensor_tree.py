@@ -16,7 +16,7 @@ from ...formula.state import state
 from ...pictures.colour import RELATIVE_XYZ
 from . import _cell_tables, tree_nodes
 from ._cell_tables import MIRRORED, Cellwise
-from .tree_nodes import Tree
+from .tree_nodes import CubeTree
 
 if TYPE_CHECKING:
     import xarray
@@ -66,7 +66,7 @@ class TensorTree(Cellwise):
 
     def __init__(
         self,
-        trees: Sequence[Tree],
+        trees: Sequence[CubeTree],
         side: str = "front",
         colour: str = "",
         channel_names: Sequence[str | float] | None = None,
@@ -99,14 +99,14 @@ class TensorTree(Cellwise):
             raise ParameterError(f"TensorTree(values): got shape {self.values.shape}, expected {self.first.shape}")
 
     @property
-    def trees(self) -> tuple[Tree, ...]:
+    def trees(self) -> tuple[CubeTree, ...]:
         """The trees, one per channel or those of Y, u' and v'."""
         roots = self.roots.astype(int).tolist()
         trees = []
         for start, end in zip(roots, [*roots[1:], len(self.first)], strict=True):
             first = self.first[start:end].astype(int)
             first = np.where(first > 0, first - start, 0)
-            trees.append(Tree(first, self.values[start:end], self.dimensions, self.depth))
+            trees.append(CubeTree(first, self.values[start:end], self.dimensions, self.depth))
         return tuple(trees)
 
     @property

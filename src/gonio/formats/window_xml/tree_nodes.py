@@ -8,12 +8,12 @@ import numpy as np
 
 from ...errors import FormatError
 from ...machine.caches import kept
-from .numbers import Numbers
+from .numbers import NumberText
 
 DEEPEST = 16  # levels of a tree: 1/65536 of each side, as finely as Radiance samples them
 
 
-class Tree(NamedTuple):
+class CubeTree(NamedTuple):
     """Values that are constant in cubes.
 
     first    (n,) number of a node's first child, the 2^dimensions of which lie side by side; 0 for a leaf
@@ -28,7 +28,7 @@ class Tree(NamedTuple):
     depth: int
 
 
-def parse(content: Numbers, dimensions: int, where: str) -> Tree:
+def parse(content: NumberText, dimensions: int, where: str) -> CubeTree:
     """The tree in a text: braces around 2^dimensions trees, or around the values of a grid, last dimension fastest."""
     stored = content.array(where)
     opens, before = content.braces()
@@ -113,17 +113,17 @@ def _nodes(texts: list[Level], stored: np.ndarray, dimensions: int) -> tuple[Lev
         is_grid, k, at = (a.reshape(-1) for a in grown)
 
 
-def _with_means(first: Levels, values: Levels, dimensions: int) -> Tree:
+def _with_means(first: Levels, values: Levels, dimensions: int) -> CubeTree:
     """The tree of these nodes, with means in its branches."""
     many = 1 << dimensions
     for k in reversed(range(len(first) - 1)):
         branch = first[k] > 0
         below = values[k + 1].reshape(-1, many)
         values[k][branch] = np.where(np.abs(below) < 1e100, below, 0.0).mean(axis=1)
-    return Tree(np.concatenate(first), np.concatenate(values), dimensions, len(first) - 1)
+    return CubeTree(np.concatenate(first), np.concatenate(values), dimensions, len(first) - 1)
 
 
-def from_grid(grid: np.ndarray, tolerance: float) -> Tree:
+def from_grid(grid: np.ndarray, tolerance: float) -> CubeTree:
     """The tree of a grid of 2^k per side, in which cubes of nearly equal values are one leaf.
 
     `tolerance`: how far the values in a cube may spread, relative to their largest magnitude; such a leaf holds their
@@ -151,7 +151,7 @@ def from_grid(grid: np.ndarray, tolerance: float) -> Tree:
     return _with_means(first, values, dimensions)
 
 
-def text(tree: Tree) -> str:
+def text(tree: CubeTree) -> str:
     """The tree in nested braces, every value so that it is read as the same number."""
     many = 1 << tree.dimensions
     first, order = tree.first.tolist(), _order(tree.dimensions, 1).argsort().tolist()
@@ -171,7 +171,7 @@ def text(tree: Tree) -> str:
     return "\n" + "\n".join(written(0, "")) + "\n"
 
 
-def leaf_places(tree: Tree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def leaf_places(tree: CubeTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Leaves of a tree: their numbers (n,), lowest corners (n, dimensions) and sides (n,)."""
     node, corner, side, leaves = np.zeros(1, int), np.zeros((1, tree.dimensions)), 1.0, []
     bits = (np.arange(1 << tree.dimensions)[:, None] >> np.arange(tree.dimensions)) & 1

@@ -12,7 +12,7 @@ from xml.parsers import expat
 
 from ...errors import FormatError
 from .._reading.plain_text import is_number, is_whole, marked
-from .numbers import Numbers
+from .numbers import NumberText
 
 CHUNK = 1 << 16  # bytes that are read at a time
 LONGEST = 1 << 20
@@ -30,7 +30,7 @@ _START_TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*>""")
 _DECLARED = re.compile(rb"""(<\?xml[^>]*encoding\s*=\s*["'])[^"']*""")
 
 
-class Block(NamedTuple):
+class BlockHeader(NamedTuple):
     """A `WavelengthDataBlock` without its numbers.
 
     wavelength  "Visible", "Solar", "CIE-X", or a number
@@ -53,13 +53,13 @@ class Block(NamedTuple):
         return f"{self.wavelength} {self.direction}"
 
 
-class Content(NamedTuple):
+class BlockNumbers(NamedTuple):
     """The content of a `ScatteringData`: its bytes in the file, its line, and the numbers."""
 
     start: int
     end: int
     line: int
-    numbers: Numbers
+    numbers: NumberText
 
 
 class Document(NamedTuple):
@@ -74,7 +74,7 @@ class Document(NamedTuple):
 
     structure: str
     bases: tuple[tuple[str, tuple[float, ...], tuple[int, ...]], ...]
-    blocks: tuple[Block, ...]
+    blocks: tuple[BlockHeader, ...]
     pieces: tuple[bytes, ...]
     about: dict[str, Any]
 
@@ -88,8 +88,8 @@ class _Parser:
     def __init__(self, path: Path):
         self.path = path
         self.tree = ElementTree.TreeBuilder()
-        self.contents: dict[Any, Content] = {}
-        self.open: list[tuple[Any, Content | None]] = []
+        self.contents: dict[Any, BlockNumbers] = {}
+        self.open: list[tuple[Any, BlockNumbers | None]] = []
         self.elements = 0
         self.bytes_before = self.lines_before = self.fed = 0
         parser = self.parser = expat.ParserCreate()
@@ -151,7 +151,7 @@ class _Parser:
                 raise self._fault(f"more than {BLOCKS} blocks; split the file")
             opening = _START_TAG.match(self.parser.GetInputContext() or b"")
             start = self._at() + (opening.end() if opening else 0)
-            content = Content(start, start, self._line(), Numbers())
+            content = BlockNumbers(start, start, self._line(), NumberText())
             self.parser.CharacterDataHandler = content.numbers.add
         self.open.append((self.tree.start(tag, attributes), content))
 
@@ -163,7 +163,7 @@ class _Parser:
             self.parser.CharacterDataHandler = self.tree.data
 
 
-def parse(path: Path) -> tuple[Document, list[Content]]:
+def parse(path: Path) -> tuple[Document, list[BlockNumbers]]:
     """The document in a file, and the contents of its blocks. Raises FormatError for damage and other kinds of file."""
     parser = _Parser(path)
     root = parser.root(_chunks(path))
@@ -211,7 +211,7 @@ def _chunks(path: Path) -> Iterator[bytes]:
             raise FormatError(f"{path}: {name} that cannot be decoded ({error}); fetch it again") from None
 
 
-def _around(chunks: Iterable[bytes], contents: list[Content]) -> tuple[bytes, ...]:
+def _around(chunks: Iterable[bytes], contents: list[BlockNumbers]) -> tuple[bytes, ...]:
     """The bytes before, between and after the numbers."""
     lows = [0, *(content.end for content in contents)]
     highs = [*(content.start for content in contents), None]
@@ -228,10 +228,10 @@ def _around(chunks: Iterable[bytes], contents: list[Content]) -> tuple[bytes, ..
     return tuple(map(bytes, pieces))
 
 
-def _block(wavelength: Any, element: Any) -> Block:
+def _block(wavelength: Any, element: Any) -> BlockHeader:
     shared = _text(element, "AngleBasis")
     named = wavelength.find("Wavelength")
-    return Block(
+    return BlockHeader(
         _text(wavelength, "Wavelength"),
         "" if named is None else named.get("unit", ""),
         " ".join(_text(element, "WavelengthDataDirection").split()),

@@ -32,7 +32,7 @@ from ...numerics.quadrature import Integrals
 from ..places import Places
 from .by_factors import by_factors
 from .by_nodes import by_nodes
-from .rows import Rows, Wanted
+from .rows import MaterialRows, Wanted
 
 
 def over_places(m: Reflectance, wanted: Wanted) -> Integrals:
@@ -67,19 +67,21 @@ def over_places(m: Reflectance, wanted: Wanted) -> Integrals:
 
 def _of_lobe(lobe: Reflectance, wanted: Wanted) -> Integrals:
     """Integrals of a lobe: value (..., C), error and missing (...), for the batch of directions and its own places."""
-    shape, own = batch.full_shape(lobe, wanted.shape), map_shape(lobe)
+    shape, map_axes = batch.full_shape(lobe, wanted.shape), map_shape(lobe)
     deep = len(shape)
-    axes = [(1,) * (deep - len(x)) + x for x in (wanted.shape, own)]
+    axes = [(1,) * (deep - len(x)) + x for x in (wanted.shape, map_axes)]
     apart = all(1 in pair for pair in zip(*axes, strict=True))
     plain = (
         not lobe.is_delta
         and lobe.sides == "front"
         and not any(isinstance(field, Channels) for _, field, _, _ in tree.walk(lobe))
     )
-    if math.prod(own) <= 1 or not apart or not plain:
+    if math.prod(map_axes) <= 1 or not apart or not plain:
         number = np.broadcast_to(np.arange(math.prod(wanted.shape)).reshape(wanted.shape), shape).reshape(-1)
-        found = wanted.direct(lobe, number, Places(shape, np.arange(len(number))), wanted.tolerance)
-        return Integrals(found.value.reshape(*shape, -1), found.error.reshape(shape), found.missing.reshape(shape))
+        integrals = wanted.direct(lobe, number, Places(shape, np.arange(len(number))), wanted.tolerance)
+        return Integrals(
+            integrals.value.reshape(*shape, -1), integrals.error.reshape(shape), integrals.missing.reshape(shape)
+        )
     order = [axis for pair in zip(range(deep), range(deep, 2 * deep), strict=True) for axis in pair]
 
     def arranged(x: np.ndarray) -> np.ndarray:
@@ -88,18 +90,18 @@ def _of_lobe(lobe: Reflectance, wanted: Wanted) -> Integrals:
         x = x.reshape(*axes[0], *axes[1], *rest)
         return x.transpose(*order, *range(2 * deep, x.ndim)).reshape(*shape, *rest)
 
-    return Integrals(*map(arranged, _of_maps(lobe, own, wanted)))
+    return Integrals(*map(arranged, _of_maps(lobe, map_axes, wanted)))
 
 
-def _of_maps(lobe: Reflectance, own: tuple[int, ...], wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _of_maps(lobe: Reflectance, map_axes: tuple[int, ...], wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Value (directions, places, C), error and missing (directions, places). Channels that differ by numbers on maps
     alone are treated as places of a map of one channel."""
-    channels, places = batch.channels(lobe) or 1, math.prod(own)
+    channels, places = batch.channels(lobe) or 1, math.prod(map_axes)
     shared = [x for x in tree.leaves(lobe) if np.ndim(x) == 1 and len(x) > 1]
     if not shared and not wanted.coloured:
 
         def flat(x: Any) -> Any:
-            return np.broadcast_to(x, (*own, channels)).reshape(-1, 1) if np.ndim(x) > 1 else x
+            return np.broadcast_to(x, (*map_axes, channels)).reshape(-1, 1) if np.ndim(x) > 1 else x
 
         value, error, missing = _of_rows(tree.each(lobe, flat), places * channels, wanted)
         shape = len(value), places, channels
@@ -111,7 +113,7 @@ def _of_maps(lobe: Reflectance, own: tuple[int, ...], wanted: Wanted) -> tuple[n
             if np.ndim(x) == 0:
                 return x
             x = x[..., c : c + 1] if x.shape[-1] > 1 else x
-            return np.broadcast_to(x, (*own, 1)).reshape(-1, 1) if x.ndim > 1 else x
+            return np.broadcast_to(x, (*map_axes, 1)).reshape(-1, 1) if x.ndim > 1 else x
 
         value, error, missing = _of_rows(tree.each(lobe, of_channel), places, wanted)
         parts.append((value[..., c : c + 1] if channels > 1 and value.shape[-1] > 1 else value, error, missing))
@@ -121,7 +123,7 @@ def _of_maps(lobe: Reflectance, own: tuple[int, ...], wanted: Wanted) -> tuple[n
 
 def _of_rows(m: Reflectance, count: int, wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Value (directions, count, C), error and missing (directions, count), for maps (length, 1)."""
-    rows = Rows(m, count)
+    rows = MaterialRows(m, count)
     exact = factors(m)
     if exact is not None and len(exact) < count:
         return by_factors(rows, [np.broadcast_to(x, count) for x in exact], wanted)

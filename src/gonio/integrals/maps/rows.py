@@ -46,7 +46,7 @@ class Wanted(NamedTuple):
         return self._replace(shape=(), direct=direct, of=of, to=to, unit=self.unit[k : k + 1])
 
 
-class Rows(NamedTuple):
+class MaterialRows(NamedTuple):
     """A material of one channel with maps (length, 1)."""
 
     m: Reflectance
@@ -60,9 +60,11 @@ class Rows(NamedTuple):
         """Integrals (directions, rows[, C]) to a share of the tolerance, one by one."""
         number = np.repeat(np.arange(len(wanted.unit)), len(rows))
         material, places = self.at(np.tile(rows, len(wanted.unit))), Places((len(number),), np.arange(len(number)))
-        found = wanted.direct(material, number, places, share * wanted.tolerance)
+        integral = wanted.direct(material, number, places, share * wanted.tolerance)
         shape = len(wanted.unit), len(rows)
-        return Integrals(found.value.reshape(*shape, -1), found.error.reshape(shape), found.missing.reshape(shape))
+        return Integrals(
+            integral.value.reshape(*shape, -1), integral.error.reshape(shape), integral.missing.reshape(shape)
+        )
 
     def whole(self) -> np.ndarray:
         """The numbers of the rows without holes."""

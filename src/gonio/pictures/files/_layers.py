@@ -24,7 +24,7 @@ _WAVELENGTH = re.compile(r"(?<![\d,])\d[\d,]*([eE][+-]?\d+)?[A-Za-z]{0,2}(m|Hz)"
 _LISTED = 12
 
 
-class Layer(NamedTuple):
+class PictureLayer(NamedTuple):
     """Some channels of a part of a file, colours first.
 
     channels   by their full names
@@ -41,11 +41,13 @@ class Layer(NamedTuple):
     beside: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        own = [x.rpartition(".")[2] if self.is_rgb else x for x in (*self.channels, self.coverage, *self.beside) if x]
-        return f"{self.name!r} ({', '.join(own[:5])}{', ...' if len(own) > 5 else ''})"
+        short_names = [
+            x.rpartition(".")[2] if self.is_rgb else x for x in (*self.channels, self.coverage, *self.beside) if x
+        ]
+        return f"{self.name!r} ({', '.join(short_names[:5])}{', ...' if len(short_names) > 5 else ''})"
 
 
-def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> Layer:
+def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> PictureLayer:
     """The layer that is asked for, of parts (name, channels); where none is, the only one. Raises Unsettled."""
     if wanted == ALL:
         return _whole(0, ALL, parts[0][1])
@@ -54,22 +56,22 @@ def chosen(parts: Sequence[tuple[str, Sequence[str]]], wanted: str | None) -> La
         for part, (name, channels) in enumerate(parts)
         for layer in _split(part, channels)
     ]
-    found = layers if wanted is None else _named(wanted, layers, parts)
-    if len(found) == 1:
-        return found[0]
-    told = [str(x) for x in found or layers]
+    matches = layers if wanted is None else _named(wanted, layers, parts)
+    if len(matches) == 1:
+        return matches[0]
+    told = [str(x) for x in matches or layers]
     listed = f"{', '.join(told[:_LISTED])}{', ...' if len(told) > _LISTED else ''}"
-    first = (found or layers)[0].name
+    first = (matches or layers)[0].name
     example = f"gn.scenes.load_image(path, layer={first!r}) in place of the path, or FILE:{first} on the command line"
-    if found:
-        raise Unsettled(f"{len(found)} layers, {listed}: expected one of them: {example}")
-    known = [*(x.name for x in layers), *(x for _, channels in parts for x in channels)]
-    raise Unsettled(f"layer={wanted!r:.60}: expected one of {listed}: {example}{suggestion(str(wanted), known)}")
+    if matches:
+        raise Unsettled(f"{len(matches)} layers, {listed}: expected one of them: {example}")
+    choices = [*(x.name for x in layers), *(x for _, channels in parts for x in channels)]
+    raise Unsettled(f"layer={wanted!r:.60}: expected one of {listed}: {example}{suggestion(str(wanted), choices)}")
 
 
-def _named(wanted: str, layers: list[Layer], parts: Sequence[tuple[str, Sequence[str]]]) -> list[Layer]:
+def _named(wanted: str, layers: list[PictureLayer], parts: Sequence[tuple[str, Sequence[str]]]) -> list[PictureLayer]:
     """The layers of this name; else those of other parts, the channel, or the layers below one of this name."""
-    alone = [Layer(part, x, (x,)) for part, (_, channels) in enumerate(parts) for x in channels if x == wanted]
+    alone = [PictureLayer(part, x, (x,)) for part, (_, channels) in enumerate(parts) for x in channels if x == wanted]
     return (
         [x for x in layers if x.name == wanted]
         or [x for x in layers if wanted and x.name.endswith(f".{wanted}") and len(parts) > 1]
@@ -78,14 +80,14 @@ def _named(wanted: str, layers: list[Layer], parts: Sequence[tuple[str, Sequence
     )
 
 
-def _split(part: int, channels: Sequence[str]) -> Iterator[Layer]:
+def _split(part: int, channels: Sequence[str]) -> Iterator[PictureLayer]:
     """The layers of a part."""
-    found: dict[str, list[str]] = {}
+    by_layer: dict[str, list[str]] = {}
     for channel in channels:
-        found.setdefault(_layer_of(channel), []).append(channel)
-    shared = "A" if found.get("") == ["A"] and len(found) > 1 else ""  # what gonio writes beside names with dots
-    for name in sorted(found.keys() - {"" if shared else None}, key=natural):
-        layer = _whole(part, name, found[name])
+        by_layer.setdefault(_layer_of(channel), []).append(channel)
+    shared = "A" if by_layer.get("") == ["A"] and len(by_layer) > 1 else ""  # what gonio writes beside names with dots
+    for name in sorted(by_layer.keys() - {"" if shared else None}, key=natural):
+        layer = _whole(part, name, by_layer[name])
         layer = layer._replace(coverage=layer.coverage or shared)
         colours, others = layer.channels[:3], layer.channels[3:]
         letters = others and {x.rpartition(".")[2].lower() for x in colours} == {*_COLOURS[0]}
@@ -103,7 +105,7 @@ def _layer_of(channel: str) -> str:
     return ".".join(pieces)
 
 
-def _whole(part: int, name: str, channels: Sequence[str]) -> Layer:
+def _whole(part: int, name: str, channels: Sequence[str]) -> PictureLayer:
     """A layer of all these channels: red, green, blue, then the others by name; coverage apart."""
     last = {x.rpartition(".")[2] if _layer_of(x) == name else x: x for x in channels}
     lower = {word.lower(): x for word, x in sorted(last.items(), reverse=True)}
@@ -112,7 +114,7 @@ def _whole(part: int, name: str, channels: Sequence[str]) -> Layer:
     if len(channels) == 1:
         coverage = ""
     others = sorted((x for x in channels if x not in rgb and x != coverage), key=natural)
-    return Layer(part, name, (*rgb, *others), coverage, bool(rgb) and not others)
+    return PictureLayer(part, name, (*rgb, *others), coverage, bool(rgb) and not others)
 
 
 def natural(name: str) -> tuple[list[str | float], str]:

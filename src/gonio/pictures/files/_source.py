@@ -49,7 +49,7 @@ class Limits(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class PictureFile:
     """A picture's open file; its name, its size in bytes, and what the caller says of it."""
 
     file: BinaryIO

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ...errors import FormatError
 from ..colour import SRGB_XY
 from . import _chroma
-from ._layers import Layer, chosen
-from ._source import Picture, Source, Unsettled, library
+from ._layers import PictureLayer, chosen
+from ._source import Picture, PictureFile, Unsettled, library
 
 if TYPE_CHECKING:
     from ..image import Image
@@ -36,7 +36,7 @@ _BYTES = {0: 4, 1: 2, 2: 4}  # of a number: uint, half, float
 _HEAD = 1 << 16  # bytes of a file that are searched for headers; eight times as many while these go on
 
 
-def read(source: Source) -> Picture:
+def read(source: PictureFile) -> Picture:
     """The picture in a file, or the layer of it that is asked for. Raises FormatError where there is none."""
     openexr = library("OpenEXR", "OpenEXR")
     parts = _headers(source.file, source.size)
@@ -46,7 +46,7 @@ def read(source: Source) -> Picture:
         if part.get(b"type", b"").startswith(b"deep"):
             raise Unsettled("its pixels are deep, with any number of samples each; expected one sample a pixel")
         _, _, width, height = _window(part[b"dataWindow"])
-        stored = sum(_BYTES.get(kind, 4) for kind, *_ in inside.values())
+        stored = sum(_BYTES.get(number_type, 4) for number_type, *_ in inside.values())
         source.check(width, height, stored + 4 * len(inside), _dense(part, source))
         decoded += width * height * stored
         source.check(width, height, decoded // (width * height) + 4 * len(inside), _dense(part, source))
@@ -86,8 +86,8 @@ def read(source: Source) -> Picture:
         layer = layer._replace(channels=tuple("RGB"), is_rgb=True)
         wanted = [*layer.channels]
     if any(p.shape != frame[:1:-1] or p.dtype.kind not in "fu" for p in planes.values()):
-        found = {name: f"{p.shape} {p.dtype}" for name, p in planes.items()}
-        raise FormatError(f"channels are {found}, expected {frame[:1:-1]} numbers")
+        shapes = {name: f"{p.shape} {p.dtype}" for name, p in planes.items()}
+        raise FormatError(f"channels are {shapes}, expected {frame[:1:-1]} numbers")
     there, from_x = _overlap(left, width, frame[0], frame[2])
     rows, from_y = _overlap(top, height, frame[1], frame[3])
     is_filled = planes[wanted[0]][from_y, from_x].shape == (height, width)
@@ -105,7 +105,7 @@ def read(source: Source) -> Picture:
     return Picture(pixels, alpha, shown, primaries, alpha is not None, notes=notes)
 
 
-def _notes(part: dict[bytes, bytes], layer: Layer, wanted: str | None) -> Iterator[str]:
+def _notes(part: dict[bytes, bytes], layer: PictureLayer, wanted: str | None) -> Iterator[str]:
     """What callers should hear of a picture."""
     if layer.beside and wanted is None:
         left_out = f"{', '.join(layer.beside[:5])}{', ...' if len(layer.beside) > 5 else ''}"
@@ -134,7 +134,7 @@ def _overlap(start: int, count: int, other: int, length: int) -> tuple[slice, sl
     return slice(first - start, last - start), slice(first - other, last - other)
 
 
-def _dense(part: dict[bytes, bytes], source: Source) -> int:
+def _dense(part: dict[bytes, bytes], source: PictureFile) -> int:
     """The most pixels that a part of a file can hold."""
     return (DENSE_DWA if part.get(b"compression") in (b"\x08", b"\x09") else DENSE) * source.size
 
@@ -161,9 +161,9 @@ def _attributes(data: bytes) -> list[dict[bytes, bytes]]:
         parts.append({})
         while data[at]:
             name = data.index(b"\0", at)
-            kind = data.index(b"\0", name + 1)
-            end = kind + 5 + struct.unpack_from("<I", data, kind + 1)[0]
-            parts[-1][data[at:name]] = data[kind + 5 : end]
+            type_end = data.index(b"\0", name + 1)
+            end = type_end + 5 + struct.unpack_from("<I", data, type_end + 1)[0]
+            parts[-1][data[at:name]] = data[type_end + 5 : end]
             at = end
         at += 1
     return parts
@@ -171,23 +171,23 @@ def _attributes(data: bytes) -> list[dict[bytes, bytes]]:
 
 def _channels(data: bytes) -> dict[str, tuple[int, int, int]]:
     """Number type and steps along x and y of every channel, from the attribute that lists them."""
-    found, at = {}, 0
+    channels, at = {}, 0
     while data[at]:
         end = data.index(b"\0", at)
-        kind, _, across, down = struct.unpack_from("<4i", data, end + 1)
-        found[data[at:end].decode()] = kind, across, down
+        number_type, _, across, down = struct.unpack_from("<4i", data, end + 1)
+        channels[data[at:end].decode()] = number_type, across, down
         at = end + 17
-    return found
+    return channels
 
 
 def _planes(openexr: Any, path: str, part: int, names: list[str]) -> dict[str, NDArray[Any]]:
     """Channels of a part. The library raises no error for a damaged part: some versions drop it, print a line, and
     count the others from 0."""
     parts = _UNHEARD(openexr.File, path).parts
-    found = parts[part] if part < len(parts) and all(x.part_index == k for k, x in enumerate(parts)) else None
-    if found is None or found.channels.keys() < {*names}:
+    stored = parts[part] if part < len(parts) and all(x.part_index == k for k, x in enumerate(parts)) else None
+    if stored is None or stored.channels.keys() < {*names}:
         raise FormatError("its pixels cannot be decoded")
-    return {name: found.channels[name].pixels for name in names}
+    return {name: stored.channels[name].pixels for name in names}
 
 
 def _opened(file: Any, path: str) -> Any:

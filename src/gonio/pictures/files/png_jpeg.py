@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...errors import FormatError
 from ..colour import srgb_decode, srgb_encode
 from ._icc import profile
-from ._source import DENSE, Picture, Source, Unsettled, blocks, gray_or_rgb, library, warn_lost
+from ._source import DENSE, Picture, PictureFile, Unsettled, blocks, gray_or_rgb, library, warn_lost
 
 if TYPE_CHECKING:
     from ..image import Image
@@ -46,28 +46,28 @@ class Codes(NamedTuple):
     notes: tuple[str, ...]
 
 
-def read(source: Source) -> Picture:
+def read(source: PictureFile) -> Picture:
     """The picture in a file; pillow raises errors of its own."""
     source.expect_one_layer()
     codes = _codes(source, ("PNG", "JPEG"))
     names = ("Y",) if codes.is_gray else ("R", "G", "B")
     light, primaries, notes = _light(source, codes)
     width, height = codes.size
-    turned = codes.orientation > 4
-    pixels = np.empty((width, height, len(names)) if turned else (height, width, len(names)), np.float32)
+    transposed = codes.orientation > 4
+    pixels = np.empty((width, height, len(names)) if transposed else (height, width, len(names)), np.float32)
     alpha = np.empty(pixels.shape[:2], np.float32) if codes.covered or codes.key else None
-    for part, found in codes.rows:
+    for part, row_codes in codes.rows:
         rows = _stored(pixels, codes.orientation)[part]
         for k, curve in enumerate(light):
-            rows[..., k] = curve[found[..., k]]
+            rows[..., k] = curve[row_codes[..., k]]
         if alpha is not None:
             share = np.float32(1.0 / (65535.0 if codes.is_deep else 255.0))
-            seen = share * found[..., -1] if codes.covered else (found != codes.key).any(axis=-1)
+            seen = share * row_codes[..., -1] if codes.covered else (row_codes != codes.key).any(axis=-1)
             _stored(alpha, codes.orientation)[part] = seen
     return Picture(pixels, alpha, names, primaries, coded=True, notes=(*codes.notes, *notes))
 
 
-def gray(source: Source) -> NDArray[np.float64]:
+def gray(source: PictureFile) -> NDArray[np.float64]:
     """The codes (H, W) of a gray picture, as they are; of TIFF also numbers. Raises Unsettled for colours."""
     pillow = library("PIL.Image", "pillow")
     rule = "a gray picture has one number at each place: save the heights alone, gray"
@@ -78,17 +78,17 @@ def gray(source: Source) -> NDArray[np.float64]:
             picture = picture.convert("RGBA" if "transparency" in picture.info else "RGB")
         if "A" in picture.mode or "a" in picture.mode:
             raise Unsettled(f"it has coverage ({picture.mode}); {rule}")
-        found = np.asarray(picture)
-        if found.ndim == 3 and picture.mode == "RGB" and (found == found[..., :1]).all():
-            found = found[..., 0]
-        if found.ndim != 2:
+        gray_codes = np.asarray(picture)
+        if gray_codes.ndim == 3 and picture.mode == "RGB" and (gray_codes == gray_codes[..., :1]).all():
+            gray_codes = gray_codes[..., 0]
+        if gray_codes.ndim != 2:
             raise Unsettled(f"it has colours ({picture.mode}); {rule}")
         if "transparency" in picture.info and isinstance(key := picture.info["transparency"], int):
-            return np.where(found == key * scale, np.nan, found / scale)
-        return found / scale
+            return np.where(gray_codes == key * scale, np.nan, gray_codes / scale)
+        return gray_codes / scale
 
 
-def _opened(pillow: Any, source: Source, formats: tuple[str, ...]) -> Any:
+def _opened(pillow: Any, source: PictureFile, formats: tuple[str, ...]) -> Any:
     source.file.seek(0)
     try:
         return pillow.open(source.file, formats=formats)
@@ -96,7 +96,7 @@ def _opened(pillow: Any, source: Source, formats: tuple[str, ...]) -> Any:
         raise FormatError(str(error)) from None
 
 
-def _check(picture: Any, source: Source, channels: int) -> None:
+def _check(picture: Any, source: PictureFile, channels: int) -> None:
     source.check(picture.width, picture.height, 4 * channels + 8, DENSE * source.size)
 
 
@@ -106,7 +106,7 @@ def _raw(picture: Any) -> str:
     return raw if isinstance(raw, str) else ""
 
 
-def _codes(source: Source, formats: tuple[str, ...]) -> Codes:
+def _codes(source: PictureFile, formats: tuple[str, ...]) -> Codes:
     pillow = library("PIL.Image", "pillow")
     picture = _opened(pillow, source, formats)
     raw, mode, info = _raw(picture), picture.mode, picture.info
@@ -114,8 +114,8 @@ def _codes(source: Source, formats: tuple[str, ...]) -> Codes:
     is_gray = mode in ("1", "L", "LA") or raw in ("I;16B", "LA;16B")
     covered = mode in ("LA", "RGBA") or (mode == "P" and "transparency" in info)
     _check(picture, source, (1 if is_gray else 3) + covered)
-    found: Any = info.get("transparency") if mode != "P" else None
-    key: tuple[int, ...] = () if found is None else tuple(np.ravel(found).tolist())
+    transparency: Any = info.get("transparency") if mode != "P" else None
+    key: tuple[int, ...] = () if transparency is None else tuple(np.ravel(transparency).tolist())
     if mode == "1":
         key = tuple(255 * bool(x) for x in key)
     key = tuple(_SCALES.get(raw, 1) * x for x in key)
@@ -138,7 +138,7 @@ def _shallow(picture: Any, mode: str) -> Iterator[tuple[slice, NDArray[Any]]]:
         yield part, _rows(_strip(picture, part).convert(mode))
 
 
-def _deep(pillow: Any, source: Source, picture: Any, raw: str) -> Iterator[tuple[slice, NDArray[Any]]]:
+def _deep(pillow: Any, source: PictureFile, picture: Any, raw: str) -> Iterator[tuple[slice, NDArray[Any]]]:
     """Codes of 16 bits. Of colours pillow keeps one byte: that one, then the other, as if the bytes were reversed. Gray
     with coverage are four bytes, which it takes for those of four colours."""
     if raw == "LA;16B":
@@ -179,7 +179,7 @@ def _stored(x: NDArray[Any], orientation: int) -> NDArray[Any]:
     return turns[orientation](x) if orientation in turns else x
 
 
-def _light(source: Source, codes: Codes) -> tuple[NDArray[np.float32], tuple[float, ...] | None, list[str]]:
+def _light(source: PictureFile, codes: Codes) -> tuple[NDArray[np.float32], tuple[float, ...] | None, list[str]]:
     """Linear values (C, N) of codes; the primaries, where the file says them; what is not obeyed.
 
     The caller's word, an ICC profile, sRGB and gAMA count in this order (PNG, third edition, 4.3).
@@ -195,12 +195,12 @@ def _light(source: Source, codes: Codes) -> tuple[NDArray[np.float32], tuple[flo
         if transfer not in (8, 13) or colours != 1:
             notes.append(f"cICP says primaries {colours}, transfer {transfer}; taken for those of sRGB, 1 and 13")
     elif "icc_profile" in info:
-        found = profile(info["icc_profile"] or b"", count, x)
-        if found is None:
+        icc = profile(info["icc_profile"] or b"", count, x)
+        if icc is None:
             notes.append("its ICC profile is damaged, or one of tables; taken for sRGB, but with linear=True")
         else:
-            light = found.light
-            if not found.is_srgb:
+            light = icc.light
+            if not icc.is_srgb:
                 notes.append("primaries of its ICC profile are not sRGB's; its curves are obeyed, nothing is converted")
     elif "srgb" not in info:
         gamma = info.get("gamma", SRGB_GAMMA[0])
@@ -213,16 +213,16 @@ def _light(source: Source, codes: Codes) -> tuple[NDArray[np.float32], tuple[flo
     return np.broadcast_to(light, (count, len(x))).astype(np.float32), primaries, notes
 
 
-def _coding(source: Source) -> tuple[int, int] | None:
+def _coding(source: PictureFile) -> tuple[int, int] | None:
     """Primaries and transfer function of a PNG's cICP chunk, which pillow passes over."""
     source.file.seek(0)
     if source.file.read(8) not in STARTS:
         return None
     while len(head := source.file.read(8)) == 8:
-        length, kind = struct.unpack(">I4s", head)
-        if kind == b"cICP" and length == 4:
+        length, chunk = struct.unpack(">I4s", head)
+        if chunk == b"cICP" and length == 4:
             return tuple(source.file.read(2))  # type: ignore[return-value]  # of two bytes: two numbers
-        if kind in (b"IDAT", b"IEND"):
+        if chunk in (b"IDAT", b"IEND"):
             break
         source.file.seek(length + 4, 1)
     return None

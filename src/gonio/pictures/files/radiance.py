@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...errors import FormatError
 from ..colour import SRGB_XY
-from ._source import DENSE, Picture, Source, blocks, gray_or_rgb, warn_lost
+from ._source import DENSE, Picture, PictureFile, blocks, gray_or_rgb, warn_lost
 
 if TYPE_CHECKING:
     from ..image import Image
@@ -27,7 +27,7 @@ WRITTEN = ".hdr"
 _HEADER_LINE = 1 << 16  # bytes
 
 
-def read(source: Source) -> Picture:
+def read(source: PictureFile) -> Picture:
     """The picture in a file; raises FormatError where there is none."""
     source.expect_one_layer()
     header = {b"EXPOSURE": np.ones(1), b"COLORCORR": np.ones(3), b"PRIMARIES": np.array(SRGB_XY)}

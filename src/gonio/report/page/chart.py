@@ -22,7 +22,7 @@ STEPS = (1.0, 2.0, 2.5, 5.0)
 
 
 @dataclass(frozen=True)
-class Axis:
+class ChartAxis:
     """The range of an axis, its label, and the numbers at it.
 
     angle   whether its numbers are angles [degrees], which the page turns into radians
@@ -62,17 +62,17 @@ class Axis:
         return [k * step for k in range(first, math.floor(self.high / step + 1e-9) + 1)]
 
 
-def fitting(values: Any, label: str, angle: bool = False) -> Axis:
+def fitting(values: Any, label: str, angle: bool = False) -> ChartAxis:
     """An axis of values above 0: logarithmic where they differ by more than three times, at most five decades."""
-    known = np.asarray(values, float)
-    known = known[np.isfinite(known) & (known > 0.0)]
-    if not known.size:
-        return Axis(0.0, 1.0, label, angle=angle)
-    high = float(known.max())
-    low = max(float(known.min()), 1e-5 * high)
+    positive = np.asarray(values, float)
+    positive = positive[np.isfinite(positive) & (positive > 0.0)]
+    if not positive.size:
+        return ChartAxis(0.0, 1.0, label, angle=angle)
+    high = float(positive.max())
+    low = max(float(positive.min()), 1e-5 * high)
     if high < 3.0 * low:
-        return Axis(0.0, 1.25 * high, label, angle=angle)
-    return Axis(low / 1.3, high * 1.6, label, log=True, angle=angle)
+        return ChartAxis(0.0, 1.25 * high, label, angle=angle)
+    return ChartAxis(low / 1.3, high * 1.6, label, log=True, angle=angle)
 
 
 def number(value: float) -> str:
@@ -119,8 +119,8 @@ def simplified(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def path(x: np.ndarray, y: np.ndarray) -> str:
     """The steps of a curve; it has gaps where a coordinate is NaN."""
-    known = np.isfinite(x) & np.isfinite(y)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int))).reshape(-1, 2)
+    finite = np.isfinite(x) & np.isfinite(y)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(int))).reshape(-1, 2)
     parts = []
     for a, b in edges:
         kept = simplified(x[a:b], y[a:b]) if b - a > 2 else np.ones(b - a, bool)
@@ -131,10 +131,10 @@ def path(x: np.ndarray, y: np.ndarray) -> str:
 
 @dataclass
 class Chart:
-    """A field between two axes, and what is drawn in it."""
+    """A field between two axes, and the curves in it."""
 
-    x: Axis
-    y: Axis
+    x: ChartAxis
+    y: ChartAxis
     title: str = ""
     width: float = WIDTH
     height: float = HEIGHT
@@ -145,16 +145,16 @@ class Chart:
         across, down = self.width - LEFT - RIGHT, self.height - TOP - BOTTOM
         return LEFT + across * self.x.share(x), TOP + down * (1.0 - self.y.share(y))
 
-    def line(self, x: Any, y: Any, kind: str) -> None:
+    def line(self, x: Any, y: Any, css_class: str) -> None:
         """A curve; of values outside the field nothing is seen."""
         px, _ = self.at(x, y)
         across, down = self.width - LEFT - RIGHT, self.height - TOP - BOTTOM
         py = TOP + down * (1.0 - np.clip(self.y.share(y), -2.0, 3.0))
         x0, y0, down = LEFT, TOP - 2.0, down + 4.0
         box = f'x="{x0}" y="{y0}" width="{across}" height="{down}" viewBox="{x0} {y0} {across} {down}"'
-        self.drawn.append(f'<svg class="clip" {box}><path class="line {kind}" d="{path(px, py)}"/></svg>')
+        self.drawn.append(f'<svg class="clip" {box}><path class="line {css_class}" d="{path(px, py)}"/></svg>')
 
-    def points(self, x: Any, y: Any, kind: str, radius: float = 2.4, bars: Any = None) -> None:
+    def points(self, x: Any, y: Any, css_class: str, radius: float = 2.4, bars: Any = None) -> None:
         """Points, and bars of their uncertainty."""
         px, py = self.at(x, y)
         if bars is not None:
@@ -163,10 +163,10 @@ class Chart:
             steps = [
                 f"M{a:.1f} {b:.1f}V{c:.1f}" for a, b, c in zip(px, above, below, strict=True) if np.isfinite(a + b + c)
             ]
-            self.drawn.append(f'<path class="bar {kind}" d="{"".join(steps)}"/>')
+            self.drawn.append(f'<path class="bar {css_class}" d="{"".join(steps)}"/>')
         inside = np.isfinite(px + py) & (py <= self.height - BOTTOM + 1.0) & (py >= TOP - 1.0)
         dots = [f"M{a:.1f} {b:.1f}h0" for a, b in zip(px[inside], py[inside], strict=True)]
-        self.drawn.append(f'<path class="dots {kind}" style="stroke-width:{2.0 * radius:g}" d="{"".join(dots)}"/>')
+        self.drawn.append(f'<path class="dots {css_class}" style="stroke-width:{2.0 * radius:g}" d="{"".join(dots)}"/>')
 
     def band(self, start: float, stop: float, text: str = "no data") -> None:
         """A range of the first axis without data."""
@@ -180,18 +180,18 @@ class Chart:
                 f'rotate(-90)">{escape(text)}</text>'
             )
 
-    def area(self, x: Any, low: Any, high: Any, kind: str) -> None:
+    def area(self, x: Any, low: Any, high: Any, css_class: str) -> None:
         """The field between two curves."""
         px, a = self.at(x, low)
         _, b = self.at(x, high)
         points = [*zip(px, a, strict=True), *zip(px[::-1], b[::-1], strict=True)]
-        self.drawn.append(f'<path class="area {kind}" d="M{"L".join(f"{u:.1f} {v:.1f}" for u, v in points)}Z"/>')
+        self.drawn.append(f'<path class="area {css_class}" d="M{"L".join(f"{u:.1f} {v:.1f}" for u, v in points)}Z"/>')
 
-    def tick(self, x: float, kind: str) -> None:
+    def tick(self, x: float, css_class: str) -> None:
         """A mark at the lower axis."""
         (a,), _ = self.at([x], [self.y.high])
         foot = self.height - BOTTOM
-        self.drawn.append(f'<path class="tick {kind}" d="M{a:.1f} {foot:.1f}v-9"/>')
+        self.drawn.append(f'<path class="tick {css_class}" d="M{a:.1f} {foot:.1f}v-9"/>')
 
     def level(self, y: float) -> None:
         """A dashed level across the field."""
@@ -244,8 +244,8 @@ def framed(title: str, width: float, height: float, inner: str) -> str:
 def legend(entries: Sequence[tuple[str, str]], title: str = "") -> str:
     """What curves mean: (class, HTML)."""
     items = "".join(
-        f'<li><svg viewBox="0 0 26 10" aria-hidden="true"><path class="line {kind}" d="M1 5H25"/></svg>{text}</li>'
-        for kind, text in entries
+        f'<li><svg viewBox="0 0 26 10" aria-hidden="true"><path class="line {css_class}" d="M1 5H25"/></svg>{text}</li>'
+        for css_class, text in entries
     )
     head = f"<li class='of'>{title}</li>" if title else ""
     return f'<ul class="legend">{head}{items}</ul>'

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .chart import Axis, Chart, figure, fitting, legend
-from .drawing import DENSE, INCIDENT, VIEW, Row, f_label, of_incidence, step
+from .chart import Chart, ChartAxis, figure, fitting, legend
+from .drawing import DENSE, INCIDENT, VIEW, SliceArrays, f_label, of_incidence, step
 from .told import angle
 
 LIMITS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
@@ -24,14 +24,14 @@ def of_fit(rows: Sequence[dict[str, Any]], model: str, unit: str) -> str:
     most = float(np.nanmax(np.abs(np.concatenate(off)), initial=0.0))
     limit = next((x for x in LIMITS if most <= x), LIMITS[-1])
     ticks = [limit * k / 2.0 for k in range(-2, 3)]
-    below = Chart(VIEW, Axis(-limit, limit, "model − f [% of f]", ticks=ticks), "Residuals of the best fit")
+    below = Chart(VIEW, ChartAxis(-limit, limit, "model − f [% of f]", ticks=ticks), "Residuals of the best fit")
     below.level(0.0)
     for k, row in enumerate(rows):
-        kind = step(k, len(rows))
+        css_class = step(k, len(rows))
         f, of = np.array(row["f"], float), np.array(row["model"], float)
-        drawn.line(row["views"], np.where(f > 0.0, f, np.nan), kind)
-        drawn.line(row["views"], np.where(np.isfinite(f) & (of > 0.0), of, np.nan), f"{kind} dashed")
-        below.line(row["views"], off[k], kind)
+        drawn.line(row["views"], np.where(f > 0.0, f, np.nan), css_class)
+        drawn.line(row["views"], np.where(np.isfinite(f) & (of > 0.0), of, np.nan), f"{css_class} dashed")
+        below.line(row["views"], off[k], css_class)
     thetas = [row["theta_i"] for row in rows]
     both = of_incidence(thetas, [("ink", "material"), ("ink dashed", "best fit")])
     first = figure(drawn.svg(), f"The material beside the best of the fits, <code>{escape(model)}</code>.", both)
@@ -52,10 +52,10 @@ def of_several(several: Sequence[dict[str, Any]]) -> str:
     for wanted in (15.0, 45.0, 75.0):
         rows = []
         for k, one in enumerate(several):
-            given = one["slices"]["in_plane"] if one["slices"] else []
-            near = min(given, key=lambda row: abs(row["theta_i"] - wanted), default=None)
+            slices = one["slices"]["in_plane"] if one["slices"] else []
+            near = min(slices, key=lambda row: abs(row["theta_i"] - wanted), default=None)
             if near is not None and abs(near["theta_i"] - wanted) <= 10.0:
-                rows.append((k, Row(near)))
+                rows.append((k, SliceArrays(near)))
         if not rows:
             continue
         units = {several[k]["unit"].partition(",")[0] for k, _ in rows} - {""}
@@ -77,7 +77,7 @@ def of_several(several: Sequence[dict[str, Any]]) -> str:
             for k, one in shown
         ]
         top = max(float(np.nanmax(rho)) for _, _, rho in curves)
-        drawn = Chart(INCIDENT, Axis(0.0, max(1.0, 1.08 * top), "albedo, mean of channels"), "Albedo of all")
+        drawn = Chart(INCIDENT, ChartAxis(0.0, max(1.0, 1.08 * top), "albedo, mean of channels"), "Albedo of all")
         drawn.level(1.0)
         for k, theta, rho in curves:
             drawn.line(theta, rho, _kind(k))

@@ -7,27 +7,27 @@ from typing import Any
 
 import numpy as np
 
-from .chart import Axis, legend
+from .chart import ChartAxis, legend
 from .told import angle
 
-VIEW = Axis(-90.0, 90.0, "viewing angle θₒ [°]", angle=True, ticks=range(-90, 91, 30))
-INCIDENT = Axis(0.0, 90.0, "angle of incidence θᵢ [°]", angle=True, ticks=range(0, 91, 15))
+VIEW = ChartAxis(-90.0, 90.0, "viewing angle θₒ [°]", angle=True, ticks=range(-90, 91, 30))
+INCIDENT = ChartAxis(0.0, 90.0, "angle of incidence θᵢ [°]", angle=True, ticks=range(0, 91, 15))
 
 DENSE = 45
 """Measured values of a slice from which on their points are small."""
 
 
-class Row:
+class SliceArrays:
     """A slice as arrays."""
 
     def __init__(self, row: dict[str, Any]):
         self.theta = float(row["theta_i"])
         self.views, self.f = np.array(row["views"], float), np.array(row["f"], float)
-        given = row.get("measured")
+        measured = row.get("measured")
         self.measured = None
-        if given is not None:
-            u = None if given["u"] is None else np.array(given["u"], float)
-            self.measured = np.array(given["views"], float), np.array(given["f"], float), u
+        if measured is not None:
+            u = None if measured["u"] is None else np.array(measured["u"], float)
+            self.measured = np.array(measured["views"], float), np.array(measured["f"], float), u
         self.all = self.f if self.measured is None else np.concatenate([self.f, self.measured[1]])
 
 

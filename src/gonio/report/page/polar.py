@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .chart import Axis, angle_tick, framed, number, path, written
+from .chart import ChartAxis, angle_tick, framed, number, path, written
 
 
 @dataclass
@@ -36,26 +36,26 @@ class Polar:
             share = (np.log10(np.asarray(f, float)) - self.low) / (self.high - self.low)
         return self.RADIUS * np.clip(np.nan_to_num(share, nan=np.nan, neginf=0.0), 0.0, 1.02)
 
-    def line(self, views: Any, f: Any, kind: str, through: bool = False) -> None:
+    def line(self, views: Any, f: Any, css_class: str, through: bool = False) -> None:
         """A curve."""
         r, t = self.radius(f), np.radians(views)
         down = -1.0 if through else 1.0
         d = path(self.MIDDLE + r * np.sin(t), self.foot - down * r * np.cos(t))
-        self.drawn.append(f'<path class="line {kind}" d="{d}"/>')
+        self.drawn.append(f'<path class="line {css_class}" d="{d}"/>')
 
-    def points(self, views: Any, f: Any, kind: str, radius: float) -> None:
+    def points(self, views: Any, f: Any, css_class: str, radius: float) -> None:
         """Points."""
         r, t = self.radius(f), np.radians(views)
         x, y = self.MIDDLE + r * np.sin(t), self.foot - r * np.cos(t)
         dots = [f"M{a:.1f} {b:.1f}h0" for a, b in zip(x, y, strict=True) if np.isfinite(a + b)]
-        self.drawn.append(f'<path class="dots {kind}" style="stroke-width:{2.0 * radius:g}" d="{"".join(dots)}"/>')
+        self.drawn.append(f'<path class="dots {css_class}" style="stroke-width:{2.0 * radius:g}" d="{"".join(dots)}"/>')
 
-    def tick(self, theta: float, kind: str) -> None:
+    def tick(self, theta: float, css_class: str) -> None:
         """A mark where the light comes from."""
         s, c = math.sin(math.radians(-theta)), math.cos(math.radians(theta))
         ends = [(self.MIDDLE + r * s, self.foot - r * c) for r in (self.RADIUS - 12.0, self.RADIUS + 2.0)]
         self.drawn.append(
-            f'<path class="tick {kind}" d="M{ends[0][0]:.1f} {ends[0][1]:.1f}L{ends[1][0]:.1f} {ends[1][1]:.1f}"/>'
+            f'<path class="tick {css_class}" d="M{ends[0][0]:.1f} {ends[0][1]:.1f}L{ends[1][0]:.1f} {ends[1][1]:.1f}"/>'
         )
 
     def band(self, start: float, stop: float) -> None:
@@ -84,10 +84,10 @@ class Polar:
         decades = list(range(math.ceil(self.low + 1e-6), math.floor(self.high + 1e-6) + 1))
         numbers = [10.0**d for d in decades[:: max(1, -(-len(decades) // 4))]]
         if len(numbers) < 2:
-            numbers = Axis(10.0**self.low, 10.0**self.high, log=True).numbers()
+            numbers = ChartAxis(10.0**self.low, 10.0**self.high, log=True).numbers()
         numbers = [v for v in numbers if math.log10(v) > self.low + 0.08 * (self.high - self.low)]
-        for r, kind in [*((float(self.radius(v)), "grid") for v in numbers), (self.RADIUS, "rim")]:
-            parts.append(_arc(x, y, r, kind, whole=self.through))
+        for r, css_class in [*((float(self.radius(v)), "grid") for v in numbers), (self.RADIUS, "rim")]:
+            parts.append(_arc(x, y, r, css_class, whole=self.through))
         for theta in range(-90, 91, 30):
             s, c = math.sin(math.radians(theta)), math.cos(math.radians(theta))
             for down in (1.0, -1.0) if self.through else (1.0,):
@@ -102,6 +102,6 @@ class Polar:
         return "".join(parts)
 
 
-def _arc(x: float, y: float, r: float, kind: str, whole: bool) -> str:
+def _arc(x: float, y: float, r: float, css_class: str, whole: bool) -> str:
     lower = f"A{r:.1f} {r:.1f} 0 0 1 {x - r:.1f} {y}" if whole else ""
-    return f'<path class="{kind}" d="M{x - r:.1f} {y}A{r:.1f} {r:.1f} 0 0 1 {x + r:.1f} {y}{lower}"/>'
+    return f'<path class="{css_class}" d="M{x - r:.1f} {y}A{r:.1f} {r:.1f} 0 0 1 {x + r:.1f} {y}{lower}"/>'

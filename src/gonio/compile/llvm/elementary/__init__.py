@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..lanes import Value
+from ..lanes import IRValue
 from . import angles, error_function, exponential
 
-FUNCTIONS: dict[str, Callable[..., Value]] = {
+FUNCTIONS: dict[str, Callable[..., IRValue]] = {
     function.__name__: function for family in (exponential, angles, error_function) for function in family.FUNCTIONS
 }
 """The operations of a graph that are computed so, by their names."""

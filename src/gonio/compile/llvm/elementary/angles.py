@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..lanes import FLOAT32, FLOAT64, Lanes, Value
+from ..lanes import FLOAT32, FLOAT64, IRValue, Lanes
 from .arithmetic import LARGEST, above, below, polynomial, rounded, sign_bit
 
 # pi/2 as a sum of numbers of the dtype, the leading one first.
@@ -69,7 +69,7 @@ ARCTAN = {
 }  # fmt: skip
 
 
-def _reduced(v: Lanes, x: Value) -> tuple[Value, Value]:
+def _reduced(v: Lanes, x: IRValue) -> tuple[IRValue, IRValue]:
     """r = x - n pi/2 for the nearest integer n, and bits with n in the last places.
 
     pi/2 is a sum of three reals, whose first multiple subtracts exactly; far out, r stays at the edge of its range.
@@ -82,7 +82,7 @@ def _reduced(v: Lanes, x: Value) -> tuple[Value, Value]:
     return above(v, below(v, r, 0.79), -0.79), quadrant
 
 
-def _sin_cos(v: Lanes, x: Value) -> tuple[Value, Value, Value]:
+def _sin_cos(v: Lanes, x: IRValue) -> tuple[IRValue, IRValue, IRValue]:
     """The sine and cosine of the reduced x, and the quadrant's bits."""
     r, quadrant = _reduced(v, x)
     z = v.mul(r, r)
@@ -92,18 +92,18 @@ def _sin_cos(v: Lanes, x: Value) -> tuple[Value, Value, Value]:
     return sine, cosine, quadrant
 
 
-def _bit(v: Lanes, bits: Value, n: int) -> Value:
+def _bit(v: Lanes, bits: IRValue, n: int) -> IRValue:
     """Whether bit n is set."""
     return v.compare("ne", v.integer("and", bits, v.pattern(1 << n)), v.pattern(0))
 
 
-def _signed(v: Lanes, x: Value, bits: Value) -> Value:
+def _signed(v: Lanes, x: IRValue, bits: IRValue) -> IRValue:
     """x, negated where bit 1 is set."""
     sign = v.integer("and", v.integer("shl", bits, v.pattern(30 if v.dtype == FLOAT32 else 62)), sign_bit(v))
     return v.from_bits(v.integer("xor", v.bits(x), sign))
 
 
-def sin(v: Lanes, x: Value) -> Value:
+def sin(v: Lanes, x: IRValue) -> IRValue:
     """±sin(r) or ±cos(r), |r| <= pi/4.
 
     At most 1.6 ulp in float32 for |x| <= 1e5, 1.5 in float64 for |x| <= 1e8; beyond, some number in [-1, 1].
@@ -112,7 +112,7 @@ def sin(v: Lanes, x: Value) -> Value:
     return _signed(v, v.select(_bit(v, quadrant, 0), cosine, sine), quadrant)
 
 
-def cos(v: Lanes, x: Value) -> Value:
+def cos(v: Lanes, x: IRValue) -> IRValue:
     """±cos(r) or ±sin(r), |r| <= pi/4.
 
     At most 1.6 ulp in float32 for |x| <= 1e5, 1.4 in float64 for |x| <= 1e8; beyond, some number in [-1, 1].
@@ -121,7 +121,7 @@ def cos(v: Lanes, x: Value) -> Value:
     return _signed(v, v.select(_bit(v, quadrant, 0), sine, cosine), v.integer("add", quadrant, v.pattern(1)))
 
 
-def tan(v: Lanes, x: Value) -> Value:
+def tan(v: Lanes, x: IRValue) -> IRValue:
     """tan(r) or its negative reciprocal, |r| <= pi/4.
 
     At most 3.0 ulp in float32 for |x| <= 1e5, 2.4 in float64 for |x| <= 1e8.
@@ -133,20 +133,20 @@ def tan(v: Lanes, x: Value) -> Value:
     return v.div(v.select(odd, v.real(-1), t), v.select(odd, t, v.real(1)))
 
 
-def _from_turns(v: Lanes, x: Value) -> tuple[Value, Value]:
+def _from_turns(v: Lanes, x: IRValue) -> tuple[IRValue, IRValue]:
     """x less the nearest integer, exactly, and its magnitude."""
     r = v.sub(x, v.call("roundeven", x))
     return r, v.absolute(r)
 
 
-def _sine_of_turns(v: Lanes, a: Value) -> Value:
+def _sine_of_turns(v: Lanes, a: IRValue) -> IRValue:
     """sin(2 pi a), |a| <= 1/4."""
     first, *rest = SIN_TURN[v.dtype]
     z = v.mul(a, a)
     return v.fma(a, v.real(first), v.mul(v.mul(a, z), polynomial(v, z, rest)))
 
 
-def sin_turn(v: Lanes, x: Value) -> Value:
+def sin_turn(v: Lanes, x: IRValue) -> IRValue:
     """sin(2 pi x) = ±sin(2 pi a), a the distance from x to the nearest half or whole number: no rounding of x.
 
     At most 1.8 ulp in float32, 2.0 in float64, for all x.
@@ -157,7 +157,7 @@ def sin_turn(v: Lanes, x: Value) -> Value:
     return v.copysign(_sine_of_turns(v, a), r)
 
 
-def cos_turn(v: Lanes, x: Value) -> Value:
+def cos_turn(v: Lanes, x: IRValue) -> IRValue:
     """cos(2 pi x) = sin(2 pi a), a = 1/4 less the distance from x to the nearest whole number.
 
     At most 1.8 ulp in float32, 2.0 in float64, for all x.
@@ -165,7 +165,7 @@ def cos_turn(v: Lanes, x: Value) -> Value:
     return _sine_of_turns(v, v.sub(v.real(0.25), _from_turns(v, x)[1]))
 
 
-def arccos(v: Lanes, x: Value) -> Value:
+def arccos(v: Lanes, x: IRValue) -> IRValue:
     """pi/2 - arcsin(x) for |x| < 1/2, else 2 arcsin(sqrt((1 - |x|) / 2)), from pi for negative x.
 
     At most 1.2 ulp in float32 and float64.
@@ -182,7 +182,7 @@ def arccos(v: Lanes, x: Value) -> Value:
     return v.select(outer, v.select(v.compare("lt", x, v.real(0)), from_pi, twice), inner)
 
 
-def arctan2(v: Lanes, y: Value, x: Value) -> Value:
+def arctan2(v: Lanes, y: IRValue, x: IRValue) -> IRValue:
     """k pi/4 ± arctan(t), t = b/a or (b - a) / (b + a), |t| <= 1/2, a >= b of |x|, |y|.
 
     At most 1.8 ulp in float32, 1.5 in float64, for all x and y. Special values as in C99.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..lanes import FLOAT32, FLOAT64, Lanes, Value
+from ..lanes import FLOAT32, FLOAT64, IRValue, Lanes
 from .arithmetic import below, polynomial
 from .exponential import decomposed, logarithm
 
@@ -91,7 +91,7 @@ IERFC = {
 }  # fmt: skip
 
 
-def erf(v: Lanes, x: Value) -> Value:
+def erf(v: Lanes, x: IRValue) -> IRValue:
     """x + x P(x²) for |x| < 9/8, else ±(1 - Q(|x|)^4), to where it rounds to 1.
 
     At most 1.6 ulp in float32 and float64, for all x.
@@ -104,7 +104,7 @@ def erf(v: Lanes, x: Value) -> Value:
     return v.select(v.compare("lt", magnitude, v.real(1.125)), near, v.copysign(far, x))
 
 
-def erfinv(v: Lanes, x: Value) -> Value:
+def erfinv(v: Lanes, x: IRValue) -> IRValue:
     """x h(w), w = -ln(1 - x²): h a polynomial in w, in the tails in sqrt(w).
 
     At most 2.5 ulp in float32, 2.8 in float64.
@@ -119,7 +119,7 @@ def erfinv(v: Lanes, x: Value) -> Value:
     return v.select(v.compare("lt", magnitude, v.real(1)), result, special)
 
 
-def ierfc(v: Lanes, x: Value) -> Value:
+def ierfc(v: Lanes, x: IRValue) -> IRValue:
     """P(x)^4, 0 where it is lost in 2 x + ierfc(x), for x >= 0.
 
     At most 3.6 ulp of 2 x + ierfc(x) in float32, 2.8 in float64.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..lanes import FLOAT32, FLOAT64, Lanes, Value
+from ..lanes import FLOAT32, FLOAT64, IRValue, Lanes
 from .arithmetic import BIAS, LARGEST, MANTISSA, above, below, polynomial, rounded, scaled, sign_bit
 
 # Numbers as sums of numbers of the dtype, the leading one first.
@@ -59,7 +59,7 @@ ARTANH = {
 }  # fmt: skip
 
 
-def exp(v: Lanes, x: Value) -> Value:
+def exp(v: Lanes, x: IRValue) -> IRValue:
     """e^x = 2^n (1 + r + r² P(r)), |r| <= ln(2) / 2.
 
     At most 1.1 ulp in float32, 1.0 in float64, over all normal results; smaller ones are 0.
@@ -76,7 +76,7 @@ def exp(v: Lanes, x: Value) -> Value:
     return v.select(v.compare("lt", x, v.real(low)), v.real(0), result)
 
 
-def decomposed(v: Lanes, x: Value, denormal: bool = True) -> tuple[Value, Value]:
+def decomposed(v: Lanes, x: IRValue, denormal: bool = True) -> tuple[IRValue, IRValue]:
     """The integer e, as a real, and f with x = 2^e (1 + f), sqrt(1/2) <= 1 + f < sqrt(2), for finite x > 0.
 
     `denormal`: also for numbers below the smallest normal one.
@@ -96,14 +96,14 @@ def decomposed(v: Lanes, x: Value, denormal: bool = True) -> tuple[Value, Value]
     return v.sub(v.from_bits(e), offset), v.sub(v.from_bits(m), v.real(1))
 
 
-def _extended(v: Lanes, e: Value, x: Value, unreal: Value) -> Value:
+def _extended(v: Lanes, e: IRValue, x: IRValue, unreal: IRValue) -> IRValue:
     """The exponent e of x >= 0, infinite for 0 and infinity, and NaN where the logarithm is not real or x is NaN."""
     e = v.select(unreal, v.real(math.nan), e)
     e = v.select(v.compare("lt", x, v.real(math.inf)), e, x)
     return v.select(v.compare("eq", x, v.real(0)), v.real(-math.inf), e)
 
 
-def logarithm(v: Lanes, e: Value, f: Value) -> Value:
+def logarithm(v: Lanes, e: IRValue, f: IRValue) -> IRValue:
     """e ln 2 + ln(1 + f)."""
     square = v.mul(f, f)
     tail = v.mul(v.mul(square, f), polynomial(v, f, LOG[v.dtype]))
@@ -112,7 +112,7 @@ def logarithm(v: Lanes, e: Value, f: Value) -> Value:
     return v.fma(e, v.real(LN2[v.dtype][0]), v.add(f, tail))
 
 
-def log(v: Lanes, x: Value) -> Value:
+def log(v: Lanes, x: IRValue) -> IRValue:
     """ln x = e ln 2 + f - f²/2 + f³ P(f), x = 2^e (1 + f), 1 + f within a factor sqrt(2) of 1.
 
     At most 0.9 ulp in float32 and float64, for all x > 0.
@@ -121,19 +121,19 @@ def log(v: Lanes, x: Value) -> Value:
     return logarithm(v, _extended(v, e, x, v.compare("lt", x, v.real(0))), f)
 
 
-def _product(v: Lanes, a: Value, a_low: Value, b: Value, b_low: Value) -> tuple[Value, Value]:
+def _product(v: Lanes, a: IRValue, a_low: IRValue, b: IRValue, b_low: IRValue) -> tuple[IRValue, IRValue]:
     """(a + a_low) (b + b_low) as a sum of two reals."""
     p = v.mul(a, b)
     return p, v.fma(a, b_low, v.fma(a_low, b, v.fma(a, b, v.neg(p))))
 
 
-def _sum(v: Lanes, a: Value, b: Value, low: Value) -> tuple[Value, Value]:
+def _sum(v: Lanes, a: IRValue, b: IRValue, low: IRValue) -> tuple[IRValue, IRValue]:
     """a + b + low as a sum of two reals, where |a| >= |b| or a = 0."""
     s = v.add(a, b)
     return s, v.add(v.add(v.sub(a, s), b), low)
 
 
-def _log2(v: Lanes, e: Value, f: Value) -> tuple[Value, Value]:
+def _log2(v: Lanes, e: IRValue, f: IRValue) -> tuple[IRValue, IRValue]:
     """e + log2(1 + f) as a sum of two reals: log2(1 + f) = 2/ln(2) (s + s z (1/3 + z R(z))), s = f/(2 + f), z = s²."""
     reciprocal = v.div(v.real(1), v.add(f, v.real(2)))
     s = v.mul(f, reciprocal)
@@ -148,7 +148,7 @@ def _log2(v: Lanes, e: Value, f: Value) -> tuple[Value, Value]:
     return _sum(v, e, k, k_low)
 
 
-def power(v: Lanes, x: Value, y: Value) -> Value:
+def power(v: Lanes, x: IRValue, y: IRValue) -> IRValue:
     """x^y = 2^n (1 + r P(r)), n + r = y log2 |x|, |r| <= 1/2, the logarithm as a sum of two reals.
 
     At most 1.0 ulp in float32, 1.2 in float64, over all normal results; smaller ones are 0. Special values as in C99.

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ....trace.graph import INDEX, MASK, REAL
-from ..language import Language, Shading, Vector
+from ..language import Language, NamedVector, Shading
 
 
 class Cuda(Shading):
@@ -20,22 +20,22 @@ class Cuda(Shading):
     missing = "__int_as_float(0x7fffffff)"
     vectors: Mapping[int, str] = {2: "float2", 3: "float3", 4: "float4"}
 
-    def result(self, v: Vector) -> str:
+    def result(self, v: NamedVector) -> str:
         return f"{self.type(v.width, v.kind)} &{v.name}" if self.type(v.width) else f"float {v.name}[{v.width}]"
 
-    def argument(self, v: Vector) -> str:
+    def argument(self, v: NamedVector) -> str:
         return super().argument(v) if self.type(v.width) else f"const float {v.name}[{v.width}]"
 
-    def built(self, v: Vector, values: Sequence[str]) -> str:
+    def built(self, v: NamedVector, values: Sequence[str]) -> str:
         return values[0] if v.width == 1 else f"make_{self.type(v.width)}({', '.join(values)})"
 
-    def global_constant(self, v: Vector, values: Sequence[float]) -> str:
+    def global_constant(self, v: NamedVector, values: Sequence[float]) -> str:
         # vectors have no constructor that a constant in device memory could be made by
         numbers = ", ".join(map(self.number, values))
         if v.width == 1:
             return f"static __device__ const float {v.name} = {numbers};"
-        kind, end = (self.type(v.width), "") if self.type(v.width) else ("float", f"[{v.width}]")
-        return f"static __device__ const {kind} {v.name}{end} = {{{numbers}}};"
+        element_type, end = (self.type(v.width), "") if self.type(v.width) else ("float", f"[{v.width}]")
+        return f"static __device__ const {element_type} {v.name}{end} = {{{numbers}}};"
 
     to_index, to_real, shifted, unread = Language.to_index, Language.to_real, Language.shifted, Language.unread
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..language import Shading, Vector
+from ..language import NamedVector, Shading
 
 
 class Hlsl(Shading):
@@ -17,7 +17,7 @@ class Hlsl(Shading):
     def array(self, numbers: Sequence[str]) -> str:
         return f"{{{', '.join(numbers)}}}"
 
-    def global_constant(self, v: Vector, values: Sequence[float]) -> str:
+    def global_constant(self, v: NamedVector, values: Sequence[float]) -> str:
         return f"static {super().global_constant(v, values)}"
 
     def to_index(self, x: str) -> str:

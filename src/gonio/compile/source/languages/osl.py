@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ....trace.graph import INDEX, MASK, REAL
-from ..language import Shading, Vector
+from ..language import NamedVector, Shading
 
 WIDTH = 2048
 """Texels in a row of a table's picture."""
@@ -21,16 +21,16 @@ class Osl(Shading):
     def type(self, width: int, kind: str = REAL) -> str:
         return "vector" if width == 3 else super().type(width, kind)
 
-    def result(self, v: Vector) -> str:
+    def result(self, v: NamedVector) -> str:
         return f"output {self.argument(v)}"
 
     def declare(self, name: str, kind: str, value: str) -> str:
         return self.variable(name, kind, value)
 
-    def constant_component(self, v: Vector, i: int) -> str:
+    def constant_component(self, v: NamedVector, i: int) -> str:
         return v.name if v.width == 1 else f"{v.name}_{i}"
 
-    def global_constant(self, v: Vector, values: Sequence[float]) -> str:
+    def global_constant(self, v: NamedVector, values: Sequence[float]) -> str:
         # outside functions a text has no constants but those of the preprocessor
         return "\n".join(f"#define {self.constant_component(v, i)} ({self.number(x)})" for i, x in enumerate(values))
 

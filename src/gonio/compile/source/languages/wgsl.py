@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ....trace.graph import INDEX, MASK, REAL
-from ..language import Shading, Signature, Vector, bare
+from ..language import NamedVector, Shading, Signature, bare
 
 
 class Wgsl(Shading):
@@ -19,13 +19,13 @@ class Wgsl(Shading):
     def type(self, width: int, kind: str = REAL) -> str:
         return super().type(width, kind) or f"array<f32, {width}>"
 
-    def argument(self, v: Vector) -> str:
+    def argument(self, v: NamedVector) -> str:
         return f"{v.name}: {self.type(v.width, v.kind)}"
 
     def array(self, numbers: Sequence[str]) -> str:
         return f"array<f32, {len(numbers)}>({', '.join(numbers)})"
 
-    def global_constant(self, v: Vector, values: Sequence[float]) -> str:
+    def global_constant(self, v: NamedVector, values: Sequence[float]) -> str:
         # not const: what is made of constants alone must be finite there, in branches that are not taken, too
         return f"var<private> {v.name}: {self.type(v.width)} = {self.built(v, list(map(self.number, values)))};"
 
@@ -50,7 +50,7 @@ class Wgsl(Shading):
     def shifted(self, operation: str, a: str, b: str) -> str:
         return f"i32(u32({a}) {'<<' if operation == 'shl' else '>>'} u32({b}))"
 
-    def built(self, v: Vector, values: Sequence[str]) -> str:
+    def built(self, v: NamedVector, values: Sequence[str]) -> str:
         if v.width == 1:
             return values[0]
         return f"{self.type(v.width)}({', '.join(values)})" if v.width in self.vectors else self.array(values)
@@ -61,14 +61,14 @@ class Wgsl(Shading):
 
     def function(self, signature: Signature, body: Sequence[str]) -> list[str]:
         lines = []
-        kind = self.structure(signature)
+        result_type = self.structure(signature)
         if len(signature.results) > 1:
-            lines = [f"struct {kind} {{", *(f"    {self.argument(v)}," for v in signature.results), "}", ""]
+            lines = [f"struct {result_type} {{", *(f"    {self.argument(v)}," for v in signature.results), "}", ""]
         else:
             (single,) = signature.results
-            kind = self.type(single.width, single.kind)
+            result_type = self.type(single.width, single.kind)
         arguments = ", ".join(self.argument(v) for v in signature.arguments)
-        return [*lines, f"fn {signature.name}({arguments}) -> {kind} {{", *(f"    {line}" for line in body), "}"]
+        return [*lines, f"fn {signature.name}({arguments}) -> {result_type} {{", *(f"    {line}" for line in body), "}"]
 
     def outputs(self, signature: Signature, values: Mapping[str, Sequence[str]]) -> list[str]:
         built = [self.built(v, values[v.name]) for v in signature.results]
