@@ -12,7 +12,6 @@ from types import ModuleType
 import gonio as gn
 from gonio.declared.contents import Folder
 from gonio.declared.discover import docstring, labelled
-from gonio.declared.namespace import namespaces
 from gonio.formula.classes import parameter_lines, signature, takes_fields
 from gonio.formula.fields import Option
 from gonio.formula.parametrised import Parametrised
@@ -37,8 +36,8 @@ from .scenes.mesh import Mesh
 
 def pages() -> dict[Path, str]:
     """File -> text: the stub of gonio, and of each namespace whose names are imported when they are first used."""
-    lazy = [module for _, module in namespaces() if "__getattr__" in vars(module)]
-    return {stub_of(gn): text()} | {stub_of(module): listing(module) for module in lazy}
+    modules = [getattr(gn, name) for name in gn.NAMESPACES]
+    return {stub_of(gn): text()} | {stub_of(module): listing(module) for module in modules}
 
 
 def stub_of(module: ModuleType) -> Path:

@@ -42,12 +42,16 @@ _CLASSES = {
 """The classes of folders: a new one is public by its file."""
 globals().update(_CLASSES)
 
-_NAMESPACES = (
-    *("colour", "directions", "distributions", "engine", "figures", "fitting", "formats", "lights", "models"),
-    *("planning", "polarization", "radiometry", "reconstruction", "remote_sensing", "repair", "results", "scenes"),
-    *("spectra", "surfaces", "tables"),
+NAMESPACES = (
+    *("colour", "directions", "engine", "fitting", "planning", "reconstruction", "remote_sensing", "results"),
+    *("scenes", "spectra", "tables"),
 )
-_ON_USE = dict.fromkeys(_NAMESPACES, "") | {
+"""Modules of names from several rooms: to import one costs nothing."""
+
+ROOMS = ("distributions", "figures", "formats", "lights", "models", "polarization", "radiometry", "repair", "surfaces")
+"""Rooms that are public as they are."""
+
+_ON_USE = dict.fromkeys((*NAMESPACES, *ROOMS), "") | {
     "Cone": "integrals.cones",
     "Film": "formula.fresnel.film_stack",
     "Gridded": "tables.gridded",

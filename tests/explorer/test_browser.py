@@ -421,14 +421,14 @@ def test_a_public_function_is_a_form(open_page):
     page = open_page()
     page.get_by_role("button", name="Ask").click()
     page.get_by_test_id("ask-function").select_option("black_sky_albedo")
-    page.get_by_test_id("ask-theta").fill("45")
+    page.get_by_test_id("ask-theta_s").fill("45")
     page.get_by_test_id("ask-go").click()
     expected = gn.remote_sensing.black_sky_albedo(gn.material("gold"), np.radians(45.0))
     sync_api.expect(page.get_by_test_id("ask-result")).to_contain_text("[", timeout=PATIENCE)
     found = page.get_by_test_id("ask-result").inner_text().strip("[]").split()
     np.testing.assert_allclose(np.array(found, float), expected, atol=1e-5)
-    page.get_by_test_id("ask-theta").fill("95")
-    page.get_by_test_id("ask-theta").press("Enter")
+    page.get_by_test_id("ask-theta_s").fill("95")
+    page.get_by_test_id("ask-theta_s").press("Enter")
     sync_api.expect(page.get_by_test_id("ask-result")).to_contain_text(
-        "theta '95': expected numbers from 0 to 90 degrees", timeout=PATIENCE
+        "theta_s '95': expected numbers from 0 to 90 degrees", timeout=PATIENCE
     )

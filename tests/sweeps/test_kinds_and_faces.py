@@ -31,6 +31,9 @@ CALLS = {
     "figures.laws": 'gn.figures.laws(m, gn.check(m, laws=["energy"]))',
     "figures.overview": "gn.figures.overview(m, size=8, samples=1)",
     "fit": "gn.fit(m, gn.Lambertian(), starts=1)",
+    "fitting.fit_many": "gn.fitting.fit_many([m], [gn.Lambertian()], starts=1)",
+    "fitting.fit_map": "gn.fitting.fit_map((wi, wo, m.f(wi, wo)), gn.Lambertian())",
+    "fitting.fit_map_chunks": "gn.fitting.fit_map_chunks((wi, wo, m.f(wi, wo)), gn.Lambertian())",
     "fitting.fit_problem": "gn.fitting.fit_problem(m, gn.Lambertian())",
     "formats.save": 'gn.save(m, folder / "m.csv")',
     "reconstruction.nearest": 'gn.reconstruction.nearest(m, {"matt": gn.Lambertian(0.3), "white": gn.Lambertian(0.9)})',
@@ -60,11 +63,13 @@ CALLS = {
 }
 """How a face is called, as Python; any other one with the material alone."""
 
+WI, WO = gn.direction([0.1, 0.4, 0.7], 0.0), gn.direction([0.5, 0.2, 0.3], 2.0)
+
 DIRECTIONS = re.compile(r"w|wi|wo|(theta|phi)(_.)?|incident|collected|directions?|views?")
 FIRST = re.compile(r"m|materials?|data")
 MORE = ("notebooks", "scenes.radiosity", "at", "under", "json")
 NOT_OF_MATERIALS = {
-    "roughness.alpha_from_beckmann_m": "its m is Beckmann's number",
+    "radiometry.roughness.alpha_from_beckmann_m": "its m is Beckmann's number",
     "formats.write": "`save`, for those who have a format's module",
 }
 
@@ -100,7 +105,7 @@ def test_a_result_or_an_error_that_says_what_to_do(face: str, kind: str, tmp_pat
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # a result with a warning is one
-            eval(call, {"gn": gn, "np": np, "m": m, "folder": tmp_path})
+            eval(call, {"gn": gn, "np": np, "m": m, "folder": tmp_path, "wi": WI, "wo": WO})
     except Exception as error:
         if isinstance(error, gn.Error) and "a fault of gonio" not in str(error):
             assert len(str(error)) > 20, f"{error}: says too little"

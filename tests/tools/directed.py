@@ -65,9 +65,8 @@ OF_ALL_CHANNELS = {
     "reradiation": "goes from each channel to each",
 }
 OF_ALL_DIRECTIONS = {
-    "fitting.fit_map": "one fit for all directions",
-    "fitting.fit_map_chunks": "one fit for all directions",
     "gonioreflectometer": "a measurement of a surface by rays",
+    "render": "a picture",
 }
 
 TOLERANCE = 1e-2

@@ -56,21 +56,29 @@ def own_names(attributes: Mapping[str, Any], *others: str) -> tuple[list[str], C
     return names, lambda: names
 
 
-def namespaces(inside: str = "") -> Iterator[tuple[str, ModuleType]]:
+def namespaces() -> Iterator[tuple[str, ModuleType]]:
     """Public modules by their places: `fitting`, `radiometry.roughness`; `__all__` says what they hold."""
-    module = sys.modules[f"{PACKAGE}.{inside}".rstrip(".")]
-    for name in module.__all__:
-        value, place = getattr(module, name), f"{inside}.{name}".lstrip(".")
-        if isinstance(value, ModuleType) and hasattr(value, "__all__"):
-            yield place, value
-            yield from namespaces(place)
+    gonio = sys.modules[PACKAGE]
+    waiting = [(name, getattr(gonio, name)) for name in (*gonio.NAMESPACES, *gonio.ROOMS)]
+    for place, module in waiting:
+        if hasattr(module, "__all__"):
+            yield place, module
+            inner = (
+                (name, getattr(module, name))
+                for name in module.__all__
+                if isinstance(vars(module).get(name), ModuleType)
+            )
+            waiting += [(f"{place}.{name}", x) for name, x in inner]
 
 
 def places_of(name: str) -> Iterator[str]:
-    """How what is public by this name is written: `gn.albedo`, `gn.figures.albedo`."""
-    if name in sys.modules[PACKAGE].__all__:
+    """How what is public by this name is written: `gn.albedo`, `gn.scenes.radiosity`; of rooms that are not imported
+    nothing is known."""
+    gonio = sys.modules[PACKAGE]
+    if name in gonio.__all__:
         yield f"gn.{name}"
-    yield from (f"gn.{namespace}.{name}" for namespace, module in namespaces() if name in module.__all__)
+    known = [*gonio.NAMESPACES, *(room for room in gonio.ROOMS if room in vars(gonio))]
+    yield from (f"gn.{x}.{name}" for x in known if name in getattr(getattr(gonio, x), "__all__", ()))
 
 
 def value_at(place: str) -> Any:

@@ -217,7 +217,7 @@ def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[s
                 kind.append(type(result))
                 return result if isinstance(result, tuple) else [result]
 
-            return_error = bound.arguments.get("error")  # not checked yet
+            return_error = bound.arguments.get("return_error")  # not checked yet
             several = (*kinds, SCALAR) if isinstance(return_error, (bool, np.bool_)) and return_error else kinds
             results = call(compute, several, m, inputs, [widths[names.index(name)] for name in given])
             if len(results) == 1:

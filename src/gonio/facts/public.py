@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 from ..declared.arguments import FunctionArgument, arguments, hints
 from ..declared.discover import docstring
-from ..declared.namespace import namespaces
 
 
 def public(name: str) -> Any:
@@ -80,8 +79,8 @@ def asked_of_one() -> list[str]:
 
 
 def _functions() -> dict[str, Callable]:
-    """Public functions: those of namespaces that are imported on use, which have no own pages, and gonio's."""
+    """Public functions: gonio's, and those of its namespaces."""
     gonio = import_module("..", __package__)
-    modules = [*(module for _, module in namespaces() if "__getattr__" in vars(module)), gonio]
+    modules = [*(getattr(gonio, name) for name in gonio.NAMESPACES), gonio]
     values = ((name, getattr(module, name)) for module in modules for name in module.__all__)
     return {name: value for name, value in values if inspect.isfunction(value)}

@@ -110,7 +110,7 @@ def as_python(text: str) -> str:
     """A material expression as Python code: its constructors by `gn.`, where all are there, and it names no numbers."""
     line = " ".join(text.split())
     named = {found[2] for found in _CONSTRUCTOR.finditer(line) if found[2]}
-    if _NUMBER.search(line) or not all(f"gn.{name}" in places_of(name) for name in named):
+    if _NUMBER.search(line) or any(next(places_of(name), "") != f"gn.{name}" for name in named):
         return f"gn.expression({line!r})"
     return _CONSTRUCTOR.sub(lambda found: found[1] or f"gn.{found[2]}", line)
 

@@ -63,7 +63,7 @@ class RowRehearsal(Rehearsal):
             for factor, sign in ((scale, 1.0), (0.5, -1.0)):
                 of_values = sparse.csr_array(factor * (noise[0] + sign * noise[1])) if noise else None
                 yield ErrorPart(name, factor * few @ (changes[0] + sign * changes[1]), of_values)
-        yield ErrorPart("far", few @ self._far(tree, places_of(there, four, m.is_mirrored)))
+        yield ErrorPart("far", few @ self._far(neighbours, places_of(there, four, m.is_mirrored)))
         if len(_bins(_coordinates(m)[-1], math.inf)) == 1:
             yield ErrorPart("off plane", few @ self._off_plane(some, there))
 
