@@ -11,11 +11,11 @@ import inspect
 import re
 import textwrap
 from collections.abc import Iterator, Mapping
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import Annotated, Any, get_args, get_origin
 
 from gonio.declared.arguments import Declared
-from gonio.declared.namespace import places_of
+from gonio.declared.namespace import places_of, value_at
 
 LABEL = re.compile(r"^([A-Z][a-z]+)(?: {2,}(\S.*)|)$")
 ARGUMENT = re.compile(r"^`[\w, *`]+`: ")
@@ -33,12 +33,17 @@ def _piece(piece: str) -> str:
         text = piece.strip("`")
         place = text.removesuffix("()")
         place = place if place.startswith("gn.") else f"gn.{place}" if place[:1].isupper() else ""  # `lights` may be
-        places = [*places_of(place.rpartition(".")[2])]  # an argument
+        places = [p for p in places_of(place.rpartition(".")[2]) if is_explained(value_at(p))]  # an argument
         named = next((p for p in places if p == place or place == f"gn.{p.rpartition('.')[2]}"), None)
         return rf"\ :py:obj:`{text} <gonio.{named[3:]}>`\ " if named else rf"\ ``{text}``\ "
     if piece[:1] == "$" and len(piece) > 2:
         return rf"\ :math:`{' '.join(piece.strip('$').split())}`\ "
     return re.sub(r"([\\*_|<>])", r"\\\1", piece)
+
+
+def is_explained(thing: Any) -> bool:
+    """Whether the reference has an entry or a page for it."""
+    return callable(thing) or isinstance(thing, ModuleType)
 
 
 def parts(text: str) -> Iterator[tuple[str, list[str]]]:

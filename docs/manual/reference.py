@@ -18,7 +18,7 @@ import gonio as gn
 from gonio.base.light import Light
 from gonio.declared import discover
 from gonio.declared.contents import Folder
-from gonio.declared.namespace import namespaces
+from gonio.declared.namespace import namespaces, places_of, value_at
 from gonio.facts.models import kinds
 from gonio.formula.state import derived
 
@@ -125,8 +125,10 @@ def heading(text: str) -> list[str]:
 
 
 def home(module: str, name: str) -> str:
-    """The module below which a name is explained: `gonio` for what is public there too."""
-    return "gonio" if getattr(gn, name, None) is getattr(import_module(module), name) else module
+    """The module below which a name is explained: the first in which the same thing is public."""
+    thing = getattr(import_module(module), name)
+    places = (place.removeprefix("gn.") for place in places_of(name) if value_at(place) is thing)
+    return next((f"gonio.{place}".rpartition(".")[0] for place in places), module)
 
 
 def link(module: str, name: str) -> str:

@@ -18,24 +18,24 @@ from importlib import import_module
 from . import errors as errors
 from .base.angles import angles as angles
 from .base.angles import direction as direction
-from .base.light import Light
+from .base.light import Light as _Light
 from .base.reflectance import Reflectance as Reflectance
 from .declared import discover, notebooks
 from .declared.namespace import on_use
 from .declared.version import __version__ as __version__
 from .errors import Error as Error
 from .formula.dispersion import Dispersion as Dispersion
-from .formula.distribution import Distribution
-from .formula.fresnel_term import Fresnel
+from .formula.distribution import Distribution as _Distribution
+from .formula.fresnel_term import Fresnel as _Fresnel
 from .formula.spectrum import Spectrum as Spectrum
 from .formula.texture import Texture as Texture
-from .layers.layer import Layer
+from .layers.layer import Layer as _Layer
 
 _CLASSES = {
     name: kind
     for folder, base in (
-        *(("models", Reflectance), ("distributions", Distribution), ("formula.fresnel", Fresnel), ("lights", Light)),
-        *(("layers", Reflectance), ("layers", Layer)),
+        *(("models", Reflectance), ("distributions", _Distribution), ("formula.fresnel", _Fresnel), ("lights", _Light)),
+        *(("layers", Reflectance), ("layers", _Layer)),
     )
     for name, kind in discover.classes(f"gonio.{folder}", base).items()
 }
@@ -51,7 +51,7 @@ NAMESPACES = (
 ROOMS = ("distributions", "figures", "formats", "lights", "models", "polarization", "radiometry", "repair", "surfaces")
 """Rooms that are public as they are."""
 
-_ON_USE = dict.fromkeys((*NAMESPACES, *ROOMS), "") | {
+_ON_USE = {
     "Cone": "integrals.cones",
     "Film": "formula.fresnel.film_stack",
     "Gridded": "tables.gridded",
@@ -85,6 +85,7 @@ _ON_USE = dict.fromkeys((*NAMESPACES, *ROOMS), "") | {
     "write_report": "report.page",
 }
 """Other public names -> the modules that define them, imported on first use; "" where the name is a module's."""
+_ON_USE |= dict.fromkeys((*NAMESPACES, *ROOMS), "")
 
 _ALWAYS = ("Dispersion", "Error", "Reflectance", "Spectrum", "Texture", "angles", "direction", "errors")
 __all__ = sorted({*_ALWAYS, *_CLASSES, *_ON_USE})

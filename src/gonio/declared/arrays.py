@@ -45,7 +45,8 @@ def real_numbers(name: str, value: Any) -> Array:
 def in_range(name: str, value: Any, d: Declared) -> Array:
     """Numbers within the declared bounds; NaN stays. Raises ParameterError."""
     array = real_numbers(name, value)
-    wrong = (array < d.low) | (array > d.high)
+    with np.errstate(over="ignore"):  # a bound beyond float32 is infinite there
+        wrong = (array < d.low) | (array > d.high)
     if np.any(wrong):
         first = array[wrong][0]
         got = f"{first:.9g}" + (f" ({np.sum(wrong)} of {array.size} values)" if array.ndim else "")

@@ -37,7 +37,7 @@ CELLS = (30, 30)
 
 
 @checked
-def fit(found: Fit, path: str | os.PathLike[str] | None = None) -> Figure:
+def fit(result: Fit, path: str | os.PathLike[str] | None = None) -> Figure:
     """Draw a fit: the data beside the model, and how far they are apart.
 
     Above: f in the plane of incidence by viewing angle, data as points, the model as lines; rows within 4 degrees of
@@ -45,7 +45,7 @@ def fit(found: Fit, path: str | os.PathLike[str] | None = None) -> Figure:
     the medians over cells of half and difference angle, of the data, of the model, and of their relative difference.
     Of several channels their mean.
 
-    found      a result of `gn.fit`
+    result     a result of `gn.fit`
     path       file to write: .png, .jpg, .pdf or .svg
 
     Units      the figure has degrees, and f [1/sr].
@@ -57,19 +57,21 @@ def fit(found: Fit, path: str | os.PathLike[str] | None = None) -> Figure:
     >>> print(figure.axes[1].get_ylabel())
     model − data [% of the data's rms]
     """
-    s = found.problem.samples
-    f = found.model.f(s.wi, s.wo)
+    s = result.problem.samples
+    f = result.model.f(s.wi, s.wo)
     model = np.broadcast_to(np.reshape(f, (len(s), -1)), s.f.shape)
     with np.errstate(invalid="ignore", divide="ignore"):
         count = s.valid.sum(axis=1)
         data = np.where(s.valid, s.f, 0.0).sum(axis=1) / count
         model = np.where(s.valid, model, 0.0).sum(axis=1) / count
-    title = f"{found.title}, fitted to {s.source}"
+    title = f"{result.title}, fitted to {s.source}"
     with new_figure(path, (12.0, 8.4), title) as figure:
         grid = figure.add_gridspec(2, 6)
-        _plane(figure.add_subplot(grid[0, :4]), found, data)
-        _incidence(figure.add_subplot(grid[0, 4:]), found)
-        _half_difference(figure, [figure.add_subplot(grid[1, 2 * k : 2 * k + 2]) for k in range(3)], found, data, model)
+        _plane(figure.add_subplot(grid[0, :4]), result, data)
+        _incidence(figure.add_subplot(grid[0, 4:]), result)
+        _half_difference(
+            figure, [figure.add_subplot(grid[1, 2 * k : 2 * k + 2]) for k in range(3)], result, data, model
+        )
     return figure
 
 

@@ -27,7 +27,7 @@ WIDEST = 6
 
 @checked
 def gallery(
-    shown: Mapping[str, Reflectance | Image] | Sequence[Reflectance | Image] | Reflectance | Image,
+    materials: Mapping[str, Reflectance | Image] | Sequence[Reflectance | Image] | Reflectance | Image,
     lights: Mapping[str, Any] | Sequence[Any] | Light | None = None,
     path: str | os.PathLike[str] | None = None,
     columns: int = 0,
@@ -40,7 +40,7 @@ def gallery(
 ) -> Figure:
     """Draw a lit sphere of each material, or pictures that are there, all as bright as they are beside each other.
 
-    shown      materials or pictures: one, a list, or label -> material or picture
+    materials  materials or pictures: one, a list, or label -> material or picture
     lights     of materials: one, a list, or label -> light or list of lights. Of several, each material has a row, and
                each light a column. By default the one of `gn.render`
     path       file to write: .png, .jpg, .pdf or .svg
@@ -61,31 +61,33 @@ def gallery(
     """
     check_target(path)
     scale = factor(exposure)
-    things = named(shown, (Reflectance, Image), "shown")
+    subjects = named(materials, (Reflectance, Image), "materials")
     given = {} if lights is None else named([lights] if isinstance(lights, Light) else lights, object, "lights")
     if columns < 0:
         raise ParameterError(f"columns={columns}: expected a whole number from 1, or 0 for up to {WIDEST}")
-    count = len(things) * max(len(given), 1)
+    count = len(subjects) * max(len(given), 1)
     if count > MOST:
-        raise ParameterError(f"{len(things)} materials under {len(given)} lights; expected up to {MOST} pictures")
+        raise ParameterError(f"{len(subjects)} materials under {len(given)} lights; expected up to {MOST} pictures")
     options: dict[str, Any] = {"size": size, "samples": samples, "seed": seed, "tolerance": tolerance}
-    found: list[Image] = []
+    pictures: list[Image] = []
     with said_once(), at_most(size * size * most_samples(samples, tolerance)):
-        for thing in things.values():
+        for subject in subjects.values():
             for light in given.values() if given else (None,):
-                if isinstance(thing, Image):
-                    found.append(thing)
+                if isinstance(subject, Image):
+                    pictures.append(subject)
                 else:
-                    found.append(render(thing, default_light(thing, None) if light is None else light, **options))
+                    pictures.append(
+                        render(subject, default_light(subject, None) if light is None else light, **options)
+                    )
                 if progress is not None:
-                    progress(len(found), count)
+                    progress(len(pictures), count)
     if len(given) > 1:
-        rows = [found[k : k + len(given)] for k in range(0, count, len(given))]
+        rows = [pictures[k : k + len(given)] for k in range(0, count, len(given))]
         titles = [list(given)] + [[""] * len(given)] * (len(rows) - 1)
-        return _grid(path, rows, titles, list(things), scale)
+        return _grid(path, rows, titles, list(subjects), scale)
     columns = columns or min(count, WIDEST)
-    rows = [found[k : k + columns] for k in range(0, count, columns)]
-    titles = [list(things)[k : k + columns] for k in range(0, count, columns)]
+    rows = [pictures[k : k + columns] for k in range(0, count, columns)]
+    titles = [list(subjects)[k : k + columns] for k in range(0, count, columns)]
     return _grid(path, rows, titles, [""] * len(rows), scale)
 
 

@@ -11,12 +11,12 @@ import time
 import warnings
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray
+from places import ROOT
 
 import gonio as gn
 from gonio.files._unfinished import held
@@ -211,7 +211,7 @@ def test_a_full_disk_is_one_error_and_the_next_run_goes_on(scan, tmp_path, monke
     same(fitted(tmp_path, f, wi, wo), whole)
 
 
-CHANGES = Path(__file__).parents[2] / "benchmarks" / "stores.py"
+CHANGES = ROOT / "benchmarks" / "stores.py"
 
 
 @pytest.mark.full
