@@ -216,6 +216,9 @@ def test_a_name_that_is_elsewhere_is_told_with_its_place():
         (gn.fitting, "plan", "it is gn.planning.plan"),
         (gn.scenes, "albedo", "it is gn.albedo"),
         (gn.fitting, "fit_mup", "did you mean 'fit_map'"),
+        (gn, "Light", r"it is gonio\.authoring\.Light"),
+        (gn, "turntable", r"did you mean gn\.scenes\.write_turntable"),
+        (gn, "read_image", r"did you mean gn\.scenes\.load_image"),
     ):
         with pytest.raises(AttributeError, match=f"no attribute {name!r}; {told}"):
             getattr(module, name)
@@ -307,6 +310,13 @@ def test_all_values_share_few_names():
 
 
 # Classes of one's own.
+
+
+def test_a_class_says_what_it_is_beside_its_base():
+    with pytest.raises(ParameterError, match=r"write it beside the base: class _A\(Reflectance, oriented=True\)"):
+
+        class _A(gn.Reflectance):
+            oriented = True
 
 
 def test_a_class_of_two_parametrised_bases_has_the_fields_of_both():

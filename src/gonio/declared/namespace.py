@@ -9,8 +9,6 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from ..errors import suggestion
-
 PACKAGE = __name__.partition(".")[0]
 
 
@@ -23,9 +21,21 @@ class _NoSuchName(AttributeError):
 
     def __str__(self) -> str:
         module, name = self.args
-        place = None if name[0] == "_" else next(places_of(name), None)
-        advice = f"; it is {place}" if place else suggestion(name, self.names)
-        return f"module {module!r} has no attribute {name!r}{advice}"
+        return f"module {module!r} has no attribute {name!r}{'' if name[0] == '_' else self._advice(name)}"
+
+    def _advice(self, name: str) -> str:
+        """The place of the name; else of one that ends in it, or is nearly this."""
+        from difflib import get_close_matches  # late: messages alone need it
+
+        authoring = import_module(f"{PACKAGE}.authoring")
+        places = {x: f"gonio.authoring.{x}" for x in authoring.__all__}
+        for namespace, module in reversed([*namespaces()]):  # the first of several wins
+            places |= {x: f"gn.{namespace}.{x}" for x in module.__all__}
+        if place := next(places_of(name), places.get(name)):
+            return f"; it is {place}"
+        places |= {x: repr(x) for x in self.names}
+        close = [x for x in places if x.endswith(f"_{name}")] or get_close_matches(name, places, n=1)
+        return f"; did you mean {' or '.join(places[x] for x in close[:3])}?" if close else ""
 
 
 def on_use(module: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:

@@ -68,6 +68,12 @@ class Parametrised(Made):
         super().__init_subclass__(**kwargs)
         said = {"_oriented": oriented, "_costs": costs, "_repeats": repeats, "_has_text": has_text}
         for name, value in said.items():
+            word = name[1:]
+            if isinstance(written := vars(cls).get(word), (bool, int)):
+                head = f"class {cls.__name__}({cls.__bases__[0].__name__}, {word}={written!r})"
+                raise ParameterError(
+                    f"class {cls.__name__}: {word} says nothing in its body; write it beside the base: {head}"
+                )
             if value is not None:
                 setattr(cls, name, value)
         bases = [base for base in cls.__bases__ if issubclass(base, Parametrised)]
