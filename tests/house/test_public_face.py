@@ -19,15 +19,15 @@ from textwrap import dedent
 import face
 import numpy as np
 import pytest
+from gonio.base._hooks import Hooks
 from materials import DISTRIBUTIONS, FRESNELS, MODELS, public
 from places import ROOT
 from sweeps import every
 
 import gonio as gn
 from gonio import authoring
-from gonio.base._hooks import Hooks
 from gonio.base.light import Light
-from gonio.base.reflectance import Scaled, Sum
+from gonio.base.sums import Scaled, Sum
 from gonio.declared import discover
 from gonio.declared.contents import WIDTH
 from gonio.declared.namespace import namespaces

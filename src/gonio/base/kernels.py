@@ -6,7 +6,7 @@ by the tasks at the end.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..arrays import ops
 from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
@@ -15,7 +15,9 @@ from ..formula import tree
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, dot, select, served
 from ..formula.mueller import Mueller
 from ..formula.sparse import is_zero
-from ._hooks import Hooks
+
+if TYPE_CHECKING:
+    from .reflectance import Reflectance
 
 
 def _nan_of(*directions: Direction) -> Any:
@@ -27,14 +29,14 @@ def _nan_of(*directions: Direction) -> Any:
     return total - total  # not 0 * total, which Dr.Jit replaces by 0
 
 
-def with_holes(value: Any, m: Hooks) -> Any:
+def with_holes(value: Any, m: Reflectance) -> Any:
     """The value, NaN where a parameter is missing, for formulas do not use each parameter everywhere."""
     for number in tree.holed(m):
         value = value + (number - number)
     return value
 
 
-def value(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
+def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     if m.sides != "front":
         back, hidden, wi_seen, wo_up = upright(wi, wo)
@@ -45,7 +47,7 @@ def value(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
     return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
 
 
-def together(m: Hooks) -> list[list[tuple[Any, Any]]]:
+def together(m: Reflectance) -> list[list[tuple[Any, Any]]]:
     """The lobes with their weights, in groups: a lobe with the next one, where they share a draw."""
     groups: list[list[tuple[Any, Any]]] = []
     shared = False
@@ -58,14 +60,14 @@ def together(m: Hooks) -> list[list[tuple[Any, Any]]]:
     return groups
 
 
-def _masked(M: Mueller, below: Any, nan: Any, m: Hooks) -> list[list[Any]]:
+def _masked(M: Mueller, below: Any, nan: Any, m: Reflectance) -> list[list[Any]]:
     """The elements, 0 where a direction is below the horizon; those that are written 0 stay so, but for NaN."""
     nan = with_holes(nan, m)
     seen = ~below & (nan == 0.0)  # one choice for each element instead of a choice and a sum
     return [[nan if is_zero(x) else ops.where(seen, x, nan) for x in row] for row in M.rows]
 
 
-def mueller(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
+def mueller(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     if m.sides != "front":
         # Half a turn leaves the axes of both directions as they are, but for their signs, which change nothing.
@@ -75,7 +77,7 @@ def mueller(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
     return (_masked(m.polarized(wi_up, wo_up), below, _nan_of(wi, wo), m),)
 
 
-def _total_mueller(m: Hooks, wi: Direction, wo: Direction) -> Mueller:
+def _total_mueller(m: Reflectance, wi: Direction, wo: Direction) -> Mueller:
     """The Mueller matrix of all lobes together, of light from either side."""
     total = Mueller.depolarizer(0.0 * wi.z)
     for weight, lobe in m.lobes():
@@ -85,15 +87,15 @@ def _total_mueller(m: Hooks, wi: Direction, wo: Direction) -> Mueller:
     return total
 
 
-def delta_mueller(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
+def delta_mueller(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
     return _delta_mueller(m, Direction(*wo), "front")
 
 
-def delta_mueller_across(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
+def delta_mueller_across(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
     return _delta_mueller(m, Direction(*wo), "across")
 
 
-def _delta_mueller(m: Hooks, wo: Direction, sides: str) -> tuple[Any, ...]:
+def _delta_mueller(m: Reflectance, wo: Direction, sides: str) -> tuple[Any, ...]:
     if m.sides == "front":
         hidden, wo_up = served(wo)
         seen = m
@@ -115,7 +117,7 @@ def reradiation(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
 
 
-def shares_of(mean: Hooks, wo: Direction) -> list[tuple[Any, Hooks]]:
+def shares_of(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]:
     """The lobes, each with the probability of being sampled; of those that share a draw the first one."""
     lobes = [group[0] for group in together(mean)]
     if len(lobes) == 1:
@@ -127,12 +129,12 @@ def shares_of(mean: Hooks, wo: Direction) -> list[tuple[Any, Hooks]]:
     return [(estimate / total, lobe) for estimate, (_, lobe) in zip(estimates, lobes, strict=True)]
 
 
-def _mixture(shares: list[tuple[Any, Hooks]], wi: Direction, wo: Direction) -> Any:
+def _mixture(shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction) -> Any:
     densities = [share * lobe.density(wi, wo) for share, lobe in shares if not lobe.is_delta]
     return sum(densities[1:], densities[0]) if densities else 0.0 * wi.z
 
 
-def pdf(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
+def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     if m.sides != "front":
         back, hidden, wi_seen, wo_up = upright(wi, wo)
@@ -147,7 +149,9 @@ def pdf(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
 _BELOW_ONE = 1.0 - 6e-8  # the largest float32 below 1; random float64 numbers in [0, 1) may round to 1.0f
 
 
-def _drawn(m: Hooks, shares: list[tuple[Any, Hooks]], wo: Direction, u0: Any, u1: Any) -> tuple[Direction, Any, Any]:
+def _drawn(
+    m: Reflectance, shares: list[tuple[Any, Reflectance]], wo: Direction, u0: Any, u1: Any
+) -> tuple[Direction, Any, Any]:
     """A direction from the lobe that u0 falls to, whether that is a delta lobe, and its weight; None without any."""
     deltas = any(lobe.is_delta for _, lobe in shares)
     wi, mirrored, weight = wo, u0 < -1.0, 0.0 * wo.z
@@ -166,7 +170,7 @@ def _drawn(m: Hooks, shares: list[tuple[Any, Hooks]], wo: Direction, u0: Any, u1
     return wi, mirrored, weight if deltas else None
 
 
-def sample(m: Hooks, mean: Hooks, wo: Any, u: Any) -> tuple[Any, ...]:
+def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple[Any, ...]:
     if m.sides != "front" or len(u) == 3:
         return _sample_of_lobes(m, mean, Direction(*wo), *u)
     wo, (u0, u1) = Direction(*wo), u
@@ -190,7 +194,7 @@ def sample(m: Hooks, mean: Hooks, wo: Any, u: Any) -> tuple[Any, ...]:
     )
 
 
-def delta_reflectance(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
+def delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
     if m.sides != "front":
         return _delta(m, Direction(*wo), "front")
     wo = Direction(*wo)
@@ -202,7 +206,7 @@ def delta_reflectance(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
     return (with_holes(ops.where(below, 0.0, total) + _nan_of(wo), m),)
 
 
-def delta_transmission(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
+def delta_transmission(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
     return _delta(m, Direction(*wo), "across")
 
 
@@ -226,7 +230,7 @@ def turned_over(back: Any, w: Direction) -> Direction:
     return Direction(ops.where(back, -w.x, w.x), w.y, ops.where(back, -w.z, w.z))
 
 
-def on_its_side(lobe: Hooks, wi: Direction) -> tuple[Any, Direction]:
+def on_its_side(lobe: Reflectance, wi: Direction) -> tuple[Any, Direction]:
     """Whether wi is where the lobe has light from, and wi if it is, else a direction there."""
     if lobe.sides == "across":
         lit = wi.z < -HORIZON
@@ -235,7 +239,7 @@ def on_its_side(lobe: Hooks, wi: Direction) -> tuple[Any, Direction]:
     return lit, select(lit, wi, NORMAL)
 
 
-def _total(m: Hooks, wi: Direction, wo: Direction) -> Any:
+def _total(m: Reflectance, wi: Direction, wo: Direction) -> Any:
     """The value of all lobes together, of light from either side."""
     total = 0.0 * wi.z
     for weight, lobe in m.lobes():
@@ -245,7 +249,7 @@ def _total(m: Hooks, wi: Direction, wo: Direction) -> Any:
     return total
 
 
-def _density(mean: Hooks, shares: list[tuple[Any, Hooks]], wi: Direction, wo: Direction) -> Any:
+def _density(mean: Reflectance, shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction) -> Any:
     """The density of all lobes together, of light from either side."""
     total = 0.0 * wi.z
     for (share, _), group in zip(shares, together(mean), strict=True):
@@ -279,7 +283,7 @@ class _Draw(NamedTuple):
         return _Draw(wi, *(ops.where(here, a, b) for a, b in rest))
 
 
-def _choice(lobe: Hooks, factor: Any, chromatic: Hooks, wo: Direction, u: tuple[Any, Any]) -> _Draw:
+def _choice(lobe: Reflectance, factor: Any, chromatic: Reflectance, wo: Direction, u: tuple[Any, Any]) -> _Draw:
     """What a lobe draws; `factor`: its weight over the probability of choosing it."""
     never, none = u[0] < -1.0, 0.0 * wo.z
     wi = lobe.mirrored(wo) if lobe.is_delta else lobe.warp(wo, *u)
@@ -287,7 +291,9 @@ def _choice(lobe: Hooks, factor: Any, chromatic: Hooks, wo: Direction, u: tuple[
     return _Draw(wi, ~never, factor * chromatic.mirror(wo), lost) if lobe.is_delta else _Draw(wi, never, none, lost)
 
 
-def _sample_of_lobes(m: Hooks, mean: Hooks, wo: Direction, u0: Any, u1: Any, u2: Any = None) -> tuple[Any, ...]:
+def _sample_of_lobes(
+    m: Reflectance, mean: Reflectance, wo: Direction, u0: Any, u1: Any, u2: Any = None
+) -> tuple[Any, ...]:
     """Samples of light from either side, or with a third number, which then chooses the lobe."""
     nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
     if u2 is not None:
@@ -331,7 +337,7 @@ def _sample_of_lobes(m: Hooks, mean: Hooks, wo: Direction, u0: Any, u1: Any, u2:
     )
 
 
-def _delta(m: Hooks, wo: Direction, sides: str) -> tuple[Any, ...]:
+def _delta(m: Reflectance, wo: Direction, sides: str) -> tuple[Any, ...]:
     """The share of the light that delta lobes of these sides send to wo."""
     back, hidden, wo_up = upright(wo)
     seen = m if m.sides == "front" else m.turned(back)

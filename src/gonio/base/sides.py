@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..arrays import ops
 from ..errors import REFUSALS, ParameterError, shown
-from ._hooks import Hooks
+
+if TYPE_CHECKING:
+    from .reflectance import Reflectance
 
 
-def sides_of(parts: Iterable[Hooks]) -> str:
+def sides_of(parts: Iterable[Reflectance]) -> str:
     """The sides of a sum: those of its terms, where they all have the same, else "both"."""
     each = {part.sides for part in parts}
     return each.pop() if len(each) == 1 else "both"
 
 
-def hemispheres(m: Hooks) -> tuple[float, ...]:
+def hemispheres(m: Reflectance) -> tuple[float, ...]:
     """The signs of z where light and viewer may be: above the surface, and below it of what is not of one side."""
     return (1.0,) if m.sides == "front" else (1.0, -1.0)
 
 
-def refuse_transmission(m: Hooks, message: str) -> None:
+def refuse_transmission(m: Reflectance, message: str) -> None:
     """Raises ParameterError with this message for what is not lit and seen in front alone."""
     if m.sides != "front":
         raise ParameterError(message)

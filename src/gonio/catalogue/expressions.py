@@ -18,7 +18,8 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from ..base.light import Light
-from ..base.reflectance import Reflectance, Scaled, sum_of
+from ..base.reflectance import Reflectance
+from ..base.sums import Scaled, sum_of
 from ..declared.arguments import checked
 from ..errors import DependencyError, Error, ExpressionError
 from ..formats import load

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..base.angles import lattice_pairs
+from ..base.calls import breaches
 from ..base.measured import tabular_shape
 from ..base.provenance import derived
 from ..base.reflectance import Reflectance
@@ -102,7 +103,7 @@ def tabulate(
         about={"made_of": repr(m)},
     )
     error = resampling_error(m, table, chosen.numbers)
-    breaks = {**Tabulated.breaks, **m.breaches()}
+    breaks = {**Tabulated.breaks, **breaches(m)}
     return tree.with_notes(table, provenance=derived(m), breaks=breaks, error=error)
 
 

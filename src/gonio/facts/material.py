@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays.kinds import with_channels
 from ..base.angles import direction, lattice_pairs
+from ..base.calls import breaches
 from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.provenance import size_of
@@ -59,7 +60,7 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     if m.sides != "front":
         result["sides"] = str(m.sides)
     result["has_delta"] = bool(m.has_delta)
-    result["breaks"] = m.breaches()
+    result["breaks"] = breaches(m)
     if exchanges(m):
         result["fluorescence"] = _fluorescence(m)
     if computed and not places:

@@ -17,8 +17,9 @@ from ..base.frames import Frame, vectors
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.map_shape import map_shape
-from ..base.reflectance import Reflectance, Sum
+from ..base.reflectance import Reflectance
 from ..base.reradiation import exchanges
+from ..base.sums import Sum
 from ..declared.arguments import checked
 from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
 from ..evaluate import batch

@@ -147,7 +147,7 @@ class _Integrand(NamedTuple):
         for rows in filter(len, (np.flatnonzero(narrow), np.flatnonzero(~narrow))):
             here = len(rows), goal.at(rows)
             if narrow[rows[0]]:
-                group = cubature(self.sums(domain.within, rows), *here, lobe.seam)
+                group = cubature(self.sums(domain.within, rows), *here, lobe.hints.seam)
             else:
                 group = cubature(self.sums(domain.coordinates, rows), *here, domain.seam, seeds[rows])
             groups.append((rows, group))
@@ -181,7 +181,7 @@ class _Integrand(NamedTuple):
         left = np.flatnonzero(before >= 0.0)
         if len(left):
             sums = self.sums(self.over.domain.within, left)
-            rest = cubature(sums, len(left), goal.at(left), self.lobe.seam)
+            rest = cubature(sums, len(left), goal.at(left), self.lobe.hints.seam)
             groups.append((left, rest))
         return in_order(groups)
 

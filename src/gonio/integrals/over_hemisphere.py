@@ -11,7 +11,8 @@ from ..arrays import ops
 from ..arrays.kinds import with_channels
 from ..base.angles import check_unit
 from ..base.kernels import with_holes
-from ..base.reflectance import Reflectance, lobes_on
+from ..base.reflectance import Reflectance
+from ..base.sums import lobes_on
 from ..errors import (
     ArrayTypeError,
     DirectionWarning,

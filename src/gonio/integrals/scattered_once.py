@@ -23,7 +23,7 @@ def tell_of_lost_light(who: str, m: Reflectance, wi: Any) -> None:
     """Say how much light the facets of a material lose that scatter it twice, and of which part: for directions that
     an albedo has been found at."""
     parts = [m, *(value for _, _, value, _ in tree.walk(m) if isinstance(value, Reflectance))]
-    several = [(part, white) for part in parts if (white := part.single_scatter) is not None]
+    several = [(part, white) for part in parts if (white := part._single_scatter) is not None]
     every = np.asarray(wi, float).reshape(-1, 3)
     if not several or not len(every):
         return

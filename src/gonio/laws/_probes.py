@@ -129,9 +129,14 @@ def incidence(m: Reflectance) -> np.ndarray:
     return direction(theta[:, None], azimuths(m)[None, :]).reshape(-1, 3)
 
 
+def _kinks(lobe: Reflectance) -> list[float]:
+    """Sines of the angles in front at which f has kinks: there total reflection sets in."""
+    return sorted({*lobe.hints.kinks, *(float(n) for n in np.ravel(lobe.index) if n < 1.0)})
+
+
 def _angles(m: Reflectance) -> np.ndarray:
     """Angles of incidence [rad] from in front; of many kinks, as of many wavelengths, the first and the last count."""
-    sines = [sine for _, lobe in m.lobes() for sine in lobe.kinks]
+    sines = [sine for _, lobe in m.lobes() for sine in _kinks(lobe)]
     if not sines:
         return INCIDENCE
     critical = np.arcsin([min(sines), max(sines)])[:, None] + BESIDE

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..base.reflectance import Reflectance
+from ..base.results import Hints
 from ..errors import TooLargeError
 from ..formula import tree
 from ..formula.direction import Direction
@@ -88,8 +89,8 @@ class _Layered(Reflectance, costs=20):
         return 1.0 / last if self.behind else last
 
     @property
-    def kinks(self) -> list[float]:
-        return self._kinks(self.behind)
+    def hints(self) -> Hints:
+        return Hints(kinks=tuple(self._kinks(self.behind)))
 
     def _kinks(self, behind: bool) -> list[float]:
         """Sines of the angles in front, or behind, at which total reflection sets in."""

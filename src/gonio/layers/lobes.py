@@ -6,8 +6,9 @@ from abc import abstractmethod
 from typing import Any
 
 from ..arrays import ops
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
 from ..base.sides import choose
+from ..base.sums import weighed
 from ..distributions.ggx import GGX
 from ..formula import tree
 from ..formula.direction import BEHIND, NORMAL, Direction, select

@@ -9,10 +9,12 @@ from typing import Any, Self
 import numpy as np
 
 from ..arrays import Fixed
+from ..base.calls import variables
 from ..base.map_shape import map_shape
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
 from ..base.results import Jacobian
 from ..base.sides import choose
+from ..base.sums import weighed
 from ..errors import ParameterError, shown
 from ..evaluate import batch
 from ..formula import tree
@@ -156,7 +158,7 @@ class Stack(_Layered):
         return data | {"tolerance": self.tolerance} | ({} if names is None else {"channel_names": list(names)})
 
     def jacobian(self, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
-        names = self._variables(by)[0]
+        names = variables(self, by)[0]
         paths = tuple(name for name in names if name not in ("wi", "wo"))
         return Reflectance.jacobian(self._with_slopes(paths), wi, wo, names)
 

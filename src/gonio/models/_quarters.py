@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
+from ..base.sums import weighed
 from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import part

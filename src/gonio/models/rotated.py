@@ -88,8 +88,8 @@ class Rotated(Reframed):
         return _at_pole(wo, self.angle).transposed @ M @ _at_pole(wi, -self.angle)
 
     @property
-    def glows_evenly(self) -> bool:
-        return bool(self.of.glows_evenly)
+    def _glows_evenly(self) -> bool:
+        return bool(self.of._glows_evenly)
 
     def reradiated(self, light: Any, wi: Direction, wo: Direction) -> Any:
         return self.of.reradiated(light.of, light.light_within(wi), self.viewer_within(wo))

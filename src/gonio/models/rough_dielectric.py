@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..base.results import NO_HINTS
 from ..base.sides import choose
 from ..distributions.ggx import GGX
 from ..errors import ParameterError, shown
@@ -65,7 +66,7 @@ class RoughDielectric(BetweenMedia):
         refuse_equal_media(type(self).__name__, self.eta)
 
     @property
-    def single_scatter(self) -> Any:
+    def _single_scatter(self) -> Any:
         return self  # it absorbs nothing
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
@@ -147,9 +148,7 @@ class _Refracting(_Interface):
 
     sides = "across"
 
-    @property
-    def slope_spread(self) -> None:
-        return None
+    hints = NO_HINTS
 
     def turned(self, back: Any) -> Reflectance:
         return self._changed({"eta": choose(back, 1.0 / self.eta, self.eta)})

@@ -16,7 +16,8 @@ from ..arrays.kinds import COUNT, SCALAR, TOTAL
 from ..base import kernels
 from ..base.frames import Frame
 from ..base.light import FAR, Light
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
+from ..base.sums import weighed
 from ..base.textured import placed
 from ..evaluate.computation import Computation
 from ..formula.direction import HORIZON, Direction, cross, dot, select
