@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import NotFoundError, ParameterError, shown
 from ..evaluate import batch
 from ..formula import tree
+from ..formula.fields import Part
 from ..formula.text import listed
 from ..numerics.lattice import lattice
 from . import channel_names, kernels, textured
@@ -129,7 +130,7 @@ def variables(m: Reflectance, by: Iterable[str] | None) -> tuple[list[str], tupl
 
 def without_slopes(m: Reflectance, prefix: str = "") -> Iterator[str]:
     """How the paths of numbers begin by which nothing can be differentiated."""
-    for name, part in m._reflectances().items():
+    for name, part in reflectances(m).items():
         yield from part._without_slopes(f"{prefix}{name}.")
 
 
@@ -205,6 +206,20 @@ def _said(across: Any) -> bool:
     return bool(across)
 
 
+def polarizes(m: Reflectance) -> bool:
+    """Whether more than the first element of `mueller` can differ from 0.
+
+    Example
+    >>> print(gn.Lambertian(0.5).polarizes, gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5)).polarizes)
+    False True
+    """
+    from .reflectance import Reflectance
+
+    if m.sides == "both":
+        return any(lobe.polarizes for back in (False, True) for _, lobe in m.turned(back).lobes())
+    return type(m).polarized is not Reflectance.polarized
+
+
 def is_isotropic(m: Reflectance) -> bool:
     """Whether turning both directions about the normal changes nothing: f(theta_i, theta_o, phi_o - phi_i).
 
@@ -253,6 +268,14 @@ def disperses(m: Reflectance) -> bool:
     return bool(m._derived[disperses])
 
 
+def reflectances(m: Reflectance) -> dict[str, Reflectance]:
+    """The reflectances that a reflectance is made of, by the names of its fields."""
+    from .reflectance import Reflectance
+
+    parts = ((name, m.__dict__[name]) for name, field in m.fields.items() if isinstance(field, Part))
+    return {name: part for name, part in parts if isinstance(part, Reflectance)}
+
+
 def breaches(m: Reflectance) -> dict[str, str]:
     """Laws of `gonio.check` that this, or a reflectance it is made of, does not obey, each with the reason.
 
@@ -261,7 +284,7 @@ def breaches(m: Reflectance) -> dict[str, str]:
     >>> print(list(breaches(gn.Lambertian(0.5) + gn.OriginalPhong(0.2))))
     ['reciprocity', 'energy']
     """
-    of_parts = [breaches(part) for part in m._reflectances().values()]
+    of_parts = [breaches(part) for part in reflectances(m).values()]
     return {law: reason for laws in (*of_parts, m.breaks) for law, reason in laws.items()}
 
 

@@ -16,7 +16,6 @@ from ..declared.notebooks import repr_html, repr_png
 from ..errors import ArrayTypeError
 from ..formula import tree, warp
 from ..formula.direction import Direction, mirror
-from ..formula.fields import Part
 from ..formula.mueller import Mueller
 from ..formula.parametrised import Parametrised
 from ..formula.state import inferred, known, note
@@ -158,25 +157,13 @@ class Reflectance(Parametrised):
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         """The Mueller matrix of f [1/sr], in the axes of `formula/mueller.py`, for directions above the horizon.
 
-        Not written, what leaves is unpolarized: f diag(1, 0, 0, 0). A model that writes it says so by `polarizes`.
+        Not written, what leaves is unpolarized: f diag(1, 0, 0, 0).
         """
         return Mueller.depolarizer(self.formula(wi, wo))
 
     def polarized_mirror(self, wo: Direction) -> Mueller:
         """The Mueller matrix of a delta lobe at the mirror direction; without it what is mirrored is unpolarized."""
         return Mueller.depolarizer(self.mirror(wo))
-
-    @property
-    def polarizes(self) -> bool:
-        """Whether more than the first element of `mueller` can differ from 0.
-
-        Example
-        >>> print(gn.Lambertian(0.5).polarizes, gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5)).polarizes)
-        False True
-        """
-        if self.sides == "both":
-            return any(lobe.polarizes for back in (False, True) for _, lobe in self.turned(back).lobes())
-        return type(self).polarized is not Reflectance.polarized
 
     def reradiated(self, light: Self, wi: Direction, wo: Direction) -> Any:
         """Fluorescence: the light of one wavelength that leaves as light of another, [1/sr] per band.
@@ -199,11 +186,6 @@ class Reflectance(Parametrised):
         """Whether what is re-radiated is as that of a Lambertian surface, from and to all directions alike."""
         return False
 
-    def _reflectances(self) -> dict[str, Reflectance]:
-        """The reflectances that this is made of, by the names of its fields."""
-        parts = ((name, self.__dict__.get(name)) for name, field in self.fields.items() if isinstance(field, Part))
-        return {name: part for name, part in parts if isinstance(part, Reflectance)}
-
     _with_rounds, _require_bands = reradiation.with_rounds, reradiation.require_bands
     _without_slopes = calls.without_slopes
 
@@ -220,6 +202,7 @@ class Reflectance(Parametrised):
     pdf = calls.pdf  # (wi, wo): the density [1/sr] with which `sample` draws wi
     sample = calls.sample  # (wo, u): directions wi drawn by numbers u, with weights f |cos(theta_i)| / pdf
     jacobian = calls.jacobian  # (wi, wo, by=None): f, and its exact derivatives by parameters and directions
+    polarizes = property(calls.polarizes)  # whether more than the first element of `mueller` can differ from 0
     mueller = calls.mueller  # (wi, wo): the Mueller matrix of the BRDF [1/sr]
     delta_reflectance = calls.delta_reflectance  # (wo, across=False): of all delta lobes at the mirror direction
     delta_mueller = calls.delta_mueller  # (wo, across=False): their Mueller matrix
@@ -238,13 +221,8 @@ class Reflectance(Parametrised):
     with_channels = names.with_channels  # (names): a copy whose channels have these names, or wavelengths
     at = names.at  # (wavelengths=None, uv=None): a copy with the numbers at wavelengths [nm], or at places
     _declares: ClassVar[Mapping[str, str]] = MappingProxyType({"wavelengths": "float | Array | None"})
-    _declared, _at, _replaced, _name_channels = (
-        names.of_constructor,
-        names.interpolated,
-        names.replaced,
-        names.take_names,
-    )
-    _key, _written, to_json = names.key, names.written, names.to_json
+    _declared, _at, _replaced = names.of_constructor, names.interpolated, names.replaced
+    _name_channels, _key, _written, to_json = names.take_names, names.key, names.written, names.to_json
 
     # Sums, and products with weights: `sums.py`.
 

@@ -23,6 +23,7 @@ from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum
 from ..formula.text import shown
 from . import kernels
+from .calls import reflectances
 
 if TYPE_CHECKING:
     from .reflectance import Reflectance
@@ -86,7 +87,7 @@ def fluoresces(m: Reflectance) -> bool:
     >>> print(gn.Lambertian(0.5).fluoresces, gn.Donaldson([[0.2, 0.0], [0.3, 0.6]]).fluoresces)
     False True
     """
-    return any(part.fluoresces for part in m._reflectances().values())
+    return any(part.fluoresces for part in reflectances(m).values())
 
 
 def reradiation(m: Reflectance, wi: Any, wo: Any) -> Any:
@@ -190,7 +191,7 @@ def require_passed_on(m: Reflectance, channels: int | None = None) -> None:
 
     channels = channels or m.channels or 1
     m._require_bands(channels)
-    for inner in m._reflectances().values() if m.fluoresces else ():
+    for inner in reflectances(m).values() if m.fluoresces else ():
         if inner.fluoresces and type(m).reradiated is Reflectance.reradiated:
             raise ParameterError(
                 f"{type(m).__name__}: {inner!r:.60} in it fluoresces, and this model does not say where that "
@@ -207,7 +208,7 @@ def with_rounds(m: R, matrix: Callable[[str, Any], Any], prefix: str = "") -> R:
     """With `matrix(path, coat)` in each coat that sends light back to a dye, where it may excite again: what goes to
     and fro takes part in all wavelengths at once, and formulas know two."""
     changes: dict[str, Any] = {}
-    for name, inner in m._reflectances().items():
+    for name, inner in reflectances(m).items():
         new = inner._with_rounds(matrix, f"{prefix}{name}.") if inner.fluoresces else inner
         if new is not inner:
             changes[name] = new
