@@ -31,6 +31,13 @@ def refuse_transmission(m: Reflectance, message: str) -> None:
         raise ParameterError(message)
 
 
+def require_finite(m: Any, expected: str = "a model whose f is finite, of one side") -> None:
+    """Raises ParameterError for a perfect mirror, and for what is not lit and seen in front alone."""
+    if m.has_delta:
+        raise ParameterError(f"{m!r:.80}: a perfect mirror; expected {expected}")
+    refuse_transmission(m, f"{m!r:.80}: it transmits light; expected {expected}")
+
+
 def choose(back: Any, behind: Any, before: Any) -> Any:
     """A number as seen from behind where `back` is 1, or True; else as seen from in front."""
     if isinstance(back, bool):

@@ -73,9 +73,18 @@ def tabulate(
     half_difference (90, 46, 36)
     """
     warn_of_reradiation(m, "gn.save(m, 'm.json')")
-    if m.sides != "front":
-        named: dict[str, Any] = {"resolution": resolution, "anisotropic": anisotropic, "channels": channels}
-        return sheet_of({q: tabulate(part, parameterization, **named) for q, part in quarters(m).items()})
+    tables = {q: _table(part, parameterization, resolution, anisotropic, channels) for q, part in quarters(m).items()}
+    return sheet_of(tables)
+
+
+def _table(
+    m: Reflectance,
+    parameterization: str,
+    resolution: Sequence[int] | None,
+    anisotropic: bool | None,
+    channels: Sequence[int] | None,
+) -> Any:
+    """The table of what is reflected in front."""
     shape, system = tabular_shape(m), angle_system(parameterization)
     if system.tabulated is None:
         offered = " or ".join(repr(name) for name, other in SYSTEMS.items() if other.tabulated)

@@ -38,6 +38,9 @@ INCIDENCE = (0.0, 45.0, 75.0)
 ASSUMPTIONS = ("independent", "common")
 """Default correlations of errors: the two extremes."""
 
+UNSAID = {("sides", "front")}
+"""Facts that go without saying."""
+
 EXACT = 1e-6
 """Relative difference up to which a symmetry counts as exact."""
 
@@ -57,12 +60,11 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     places = map_shape(m)
     if places:
         result["places"] = list(places)
-    if m.sides != "front":
-        result["sides"] = str(m.sides)
+    result |= sides_said(m)
     result["has_delta"] = bool(m.has_delta)
     result["breaks"] = breaches(m)
     if exchanges(m):
-        result["fluorescence"] = _fluorescence(m)
+        result["fluorescence"] = _fluorescence(m, known=not result.keys() & {"places", "sides"})
     if computed and not places:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MissingDataWarning)  # the facts say what is missing
@@ -70,10 +72,14 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     return result | settable(m)
 
 
-def _fluorescence(m: Reflectance) -> str:
-    """What f does not show of a material that fluoresces."""
+def sides_said(m: Reflectance) -> dict[str, str]:
+    """What is said of the sides that a material is lit and seen on: nothing where these go without saying."""
+    return dict({("sides", str(m.sides))} - UNSAID)
+
+
+def _fluorescence(m: Reflectance, known: bool) -> str:
+    """What f does not show of a material that fluoresces; `known`: how much that is."""
     kept = "f, and albedos without a light, are of the light that keeps its wavelength"
-    known = not map_shape(m) and m.sides == "front"
     return f"{kept}; at another: {exchanged_in_words(m)}" if known else kept
 
 

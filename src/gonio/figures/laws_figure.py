@@ -11,6 +11,7 @@ from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..declared.arguments import checked
 from ..errors import ParameterError, TraceError
+from ..facts.material import sides_said
 from ..integrals.efficiency import VIEWS, sampling_efficiency
 from ..laws import LAWS, MapReport, cavity, check, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
 from ..laws._probes import INCIDENCE, SAMPLES, difference, is_measured, values
@@ -144,7 +145,7 @@ def _isotropy(axes: Any, m: Reflectance) -> None:
 
 
 def _energy(axes: Any, m: Reflectance) -> None:
-    if m.sides != "front":
+    if sides_said(m):
         draw_fate(axes, m)
         axes.set_title("energy: what becomes of light", pad=18.0)
         return
@@ -170,7 +171,9 @@ def _energy(axes: Any, m: Reflectance) -> None:
 
 
 def _cavity(axes: Any, m: Reflectance) -> None:
-    if m.sides != "front":
+    try:
+        cavity.refuse_plates(m)
+    except ParameterError:
         axes.set_axis_off()
         axes.text(0.5, 0.5, "cavity: left out,\nlight leaves through the plates", ha="center", va="center", color=GREY)
         return

@@ -18,6 +18,7 @@ from ..base.shown_channels import is_coloured, shown_as
 from ..declared.arguments import Declared, checked
 from ..errors import ParameterError
 from ..evaluate.tracing import at_most
+from ..facts.material import sides_said
 from ..formula import tree
 from ..pictures.colour import srgb_encode
 from ..scenes.asked import Samples, Size
@@ -128,10 +129,10 @@ def portrait(
             picture = render(m, lights, size=PORTRAIT, samples=SAMPLES)
         _sphere(figure.add_subplot(grid[0]), m, picture)
         beside = figure.add_subplot(grid[1])
-        if m.sides == "front":
-            draw_polar(beside, of_one(m))
-        else:
+        if sides_said(m):
             draw_fate(beside, m)
+        else:
+            draw_polar(beside, of_one(m))
         for axes in figure.axes:
             axes.set_title("")
     return figure

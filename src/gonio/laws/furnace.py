@@ -30,9 +30,7 @@ def _seen(m: Reflectance, view: np.ndarray) -> np.ndarray:
     """The radiance (C,) in one view, over the square of its index."""
     total = 0.0
     for s in samples(m, view):
-        weight = weights(s)
-        if m.sides != "front":
-            weight = weight * (index(m, s.wi) / index(m, view)) ** 2
+        weight = weights(s) * (index(m, s.wi) / index(m, view)) ** 2
         total = total + weight.sum(axis=0)
     return np.asarray(total / SAMPLES)
 
