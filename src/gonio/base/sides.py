@@ -25,6 +25,11 @@ def hemispheres(m: Reflectance) -> tuple[float, ...]:
     return (1.0,) if m.sides == "front" else (1.0, -1.0)
 
 
+def said_of_sides(m: Reflectance) -> dict[str, str]:
+    """A fact of a material that is lit or seen elsewhere than in front; none where that goes without saying."""
+    return {} if m.sides == "front" else {"sides": str(m.sides)}
+
+
 def refuse_transmission(m: Reflectance, message: str) -> None:
     """Raises ParameterError with this message for what is not lit and seen in front alone."""
     if m.sides != "front":

@@ -21,6 +21,7 @@ from ..base.provenance import size_of
 from ..base.reflectance import Reflectance
 from ..base.reradiation import exchanges
 from ..base.shown_channels import is_rgb, shown_as
+from ..base.sides import said_of_sides
 from ..catalogue import builtin
 from ..errors import MissingDataWarning, ToleranceWarning
 from ..formula import tree
@@ -37,9 +38,6 @@ INCIDENCE = (0.0, 45.0, 75.0)
 
 ASSUMPTIONS = ("independent", "common")
 """Default correlations of errors: the two extremes."""
-
-UNSAID = {("sides", "front")}
-"""Facts that go without saying."""
 
 EXACT = 1e-6
 """Relative difference up to which a symmetry counts as exact."""
@@ -60,7 +58,7 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     places = map_shape(m)
     if places:
         result["places"] = list(places)
-    result |= sides_said(m)
+    result |= said_of_sides(m)
     result["has_delta"] = bool(m.has_delta)
     result["breaks"] = breaches(m)
     if exchanges(m):
@@ -70,11 +68,6 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
             warnings.simplefilter("ignore", MissingDataWarning)  # the facts say what is missing
             result |= _computed_facts(m)
     return result | settable(m)
-
-
-def sides_said(m: Reflectance) -> dict[str, str]:
-    """What is said of the sides that a material is lit and seen on: nothing where these go without saying."""
-    return dict({("sides", str(m.sides))} - UNSAID)
 
 
 def _fluorescence(m: Reflectance, known: bool) -> str:

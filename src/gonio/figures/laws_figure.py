@@ -9,9 +9,9 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..base.sides import said_of_sides
 from ..declared.arguments import checked
 from ..errors import ParameterError, TraceError
-from ..facts.material import sides_said
 from ..integrals.efficiency import VIEWS, sampling_efficiency
 from ..laws import LAWS, MapReport, cavity, check, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
 from ..laws._probes import INCIDENCE, SAMPLES, difference, is_measured, values
@@ -145,7 +145,7 @@ def _isotropy(axes: Any, m: Reflectance) -> None:
 
 
 def _energy(axes: Any, m: Reflectance) -> None:
-    if sides_said(m):
+    if said_of_sides(m):
         draw_fate(axes, m)
         axes.set_title("energy: what becomes of light", pad=18.0)
         return
