@@ -24,7 +24,7 @@ BY_THEIR_ALGEBRA = {
     "minimum": "of whole numbers too; kernels choose what is NaN, and passes whether one side decides about the sign",
     "maximum": "as the minimum",
 }
-"""Elementary functions that several files reason about, and why. The operations of `trace/operations.py` are others:
+"""Elementary functions that several files reason about, and why. Those of `arrays/operations.py` are others:
 sums, products, quotients, choices, comparisons, whole numbers, tables and loops are what graphs and languages are."""
 
 

@@ -26,9 +26,9 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
+from ..arrays.ops import OPERATIONS
 from .costs import Choice, GraphFacts
 from .graph import REAL, Graph
-from .operations import OPERATIONS
 
 TOGETHER = {"float32": 4, "float64": 24}
 """Powers in the divisor of one division, at most."""
