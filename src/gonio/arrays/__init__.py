@@ -10,7 +10,6 @@ from typing import Any
 
 from ..declared import discover
 from ..errors import ArrayTypeError
-from ..trace.symbol import Symbol, Symbols, TableSymbol
 from .fixed import Array as Array
 from .fixed import AsStored as AsStored
 from .fixed import Fixed as Fixed
@@ -29,7 +28,9 @@ NAMED: Library = LIBRARIES["xarray"]
 LAZY: Any = LIBRARIES["dask"]
 """Arrays with named axes, and arrays that are computed later."""
 
-_SYMBOLS = Symbols()
+OF_TYPES: dict[type, Any] = dict.fromkeys((float, int, bool))
+"""What is in no package of arrays: numbers, of no library; and symbols, which `trace` adds."""
+
 _BY_PACKAGE: dict[str, Library | None] = {
     "builtins": None,
     **{package: lib for lib in LIBRARIES.values() for package in lib.packages},
@@ -38,10 +39,8 @@ _BY_PACKAGE: dict[str, Library | None] = {
 
 def library_of_type(kind: Any) -> Any:
     """The library that arrays of this type belong to; None for numbers and other objects."""
-    if kind in (float, int, bool):
-        return None
-    if kind in (Symbol, TableSymbol):
-        return _SYMBOLS
+    if kind in OF_TYPES:
+        return OF_TYPES[kind]
     package = str(kind.__module__).partition(".")[0]  # `str`, because torch.compile knows it no other way
     return _BY_PACKAGE[package] if package in _BY_PACKAGE else library_of_type(kind.__base__)
 

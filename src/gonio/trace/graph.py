@@ -11,9 +11,6 @@ from ..errors import TraceError
 
 REAL, INDEX, MASK = "real", "index", "mask"
 
-UNARY: tuple[str, ...] = ("neg", "sqrt", "exp", "log", "sin", "cos", "tan", "sin_turn", "cos_turn", "arccos")
-UNARY += ("erf", "erfinv", "ierfc", "absolute", "floor", "stop")
-BINARY = ("add", "sub", "mul", "div", "power", "arctan2", "minimum", "maximum")
 COMPARISONS = ("lt", "le", "gt", "ge", "eq", "ne")
 LOGIC = ("and", "or", "xor")
 SHIFTS = ("shl", "lshr")

@@ -12,6 +12,7 @@ outer axis alone outside the inner loop.
 from __future__ import annotations
 
 from ...trace.graph import COMPARISONS, INDEX, LOGIC, REAL
+from ...trace.operations import OPERATIONS
 from ...trace.passes import rewritten
 from . import elementary, machine, rays
 from .access import Access
@@ -303,6 +304,8 @@ class _Writer:
             return v.sqrt(a[0], node in self.estimated)
         if operation in elementary.FUNCTIONS:
             return self.elementary(operation, a)
+        if intrinsic := OPERATIONS[operation].llvm:
+            return v.call(intrinsic, *a)
         return getattr(v, operation)(*a)
 
     def elementary(self, name: str, a: list[IRValue]) -> IRValue:

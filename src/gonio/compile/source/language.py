@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays.ops import ELEMENTARY
 from ...trace.graph import INDEX, MASK, REAL
 
 
@@ -23,6 +24,13 @@ def bare(text: str) -> str:
         if depth == 0 and i < len(text) - 1:
             return text
     return text[1:-1]
+
+
+def calls(*languages: str) -> dict[str, str]:
+    """What languages of these sorts call elementary functions, those that have them."""
+    return {
+        name: row.languages[word] for word in languages for name, row in ELEMENTARY.items() if word in row.languages
+    }
 
 
 LARGEST = 3.4028235e38
@@ -63,15 +71,7 @@ class Language:
     infinity = "INFINITY"
     missing = "NAN"
     """Where a measurement has no value."""
-    calls: Mapping[str, str] = {
-        **{op: f"{op}f" for op in ("sqrt", "exp", "log", "sin", "cos", "tan", "floor", "erf")},
-        "arccos": "acosf",
-        "arctan2": "atan2f",
-        "power": "powf",
-        "absolute": "fabsf",
-        "minimum": "fminf",
-        "maximum": "fmaxf",
-    }
+    calls: Mapping[str, str] = calls("c")
     """Operations that the language has, by its names; the others are written as functions (`elementary`)."""
     imprecise: frozenset[str] = frozenset()
     """Those of `calls` that have too few digits to be called but by the helpers that replace them."""
@@ -228,14 +228,8 @@ class Shading(Language):
     number_end = ""
     infinity = "3.4028234e38"  # as a decimal number not above the largest, which WGSL refuses
     missing = "0.0"  # where a language cannot write NaN
-    calls: Mapping[str, str] = {
-        **{op: op for op in ("sqrt", "floor", "log")},
-        "exp": "exp2",  # of whole numbers, which its helper leaves
-        "absolute": "abs",
-        "minimum": "min",
-        "maximum": "max",
-    }
-    imprecise = frozenset({"exp", "log"})
+    calls: Mapping[str, str] = calls("shading")
+    imprecise = frozenset(name for name, row in ELEMENTARY.items() if "shading" in row.rough)
     vectors: Mapping[int, str] = {}
 
     def type(self, width: int, kind: str = REAL) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ....trace.graph import INDEX, MASK, REAL
-from ..language import Language, NamedVector, Shading
+from ..language import Language, NamedVector, Shading, calls
 
 
 class Cuda(Shading):
@@ -15,7 +15,7 @@ class Cuda(Shading):
     before = "static inline __device__ "
     number_end, infinity = "f", "__int_as_float(0x7f800000)"
     words: Mapping[str, str] = {REAL: "float", INDEX: "int", MASK: "bool"}
-    calls: Mapping[str, str] = {**Language.calls, "erfinv": "erfinvf"}
+    calls: Mapping[str, str] = calls("c", "cuda")
     imprecise = frozenset()
     missing = "__int_as_float(0x7fffffff)"
     vectors: Mapping[int, str] = {2: "float2", 3: "float3", 4: "float4"}
