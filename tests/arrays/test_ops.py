@@ -31,7 +31,6 @@ from gonio.formula import tree
 from gonio.formula.table_warp import bracket
 from gonio.trace.derive import gradient
 from gonio.trace.graph import COMPARISONS, LOGIC, Graph
-from gonio.trace.operations import OPERATIONS
 
 UNITS = {"float32": 2.0**-24, "float64": 2.0**-53}
 each_dtype = pytest.mark.parametrize("dtype", UNITS)
@@ -209,7 +208,7 @@ def test_every_operation_is_tried():
     functions = {name for name, f in vars(ops).items() if getattr(f, "__code__", None) is ops.sqrt.__code__}
     called = {"where": "select", "stop_gradient": "stop"}
     assert {called.get(name, name) for name in functions} <= ROWS.keys() | OTHERS, "an operation without a row in ROWS"
-    of_graphs = OPERATIONS.keys() - {"state", "loop", "result", "rays", "shl", "lshr"}
+    of_graphs = ops.OPERATIONS.keys() - {"state", "loop", "result", "rays", "shl", "lshr"}
     assert of_graphs <= ROWS.keys() | OTHERS, "an operation of graphs without a row"
 
 
@@ -326,7 +325,7 @@ def by_argument(own: Library, name: str, dtype: str) -> None:
     arrays = numbers(row, dtype)
     if type(own) is not Library:
         found = derivatives(own, row.call, arrays, dtype)
-    elif name in ("stop", "floor") or (name in OPERATIONS and OPERATIONS[name].derivative and name != "select"):
+    elif name in ("stop", "floor") or (name in ops.OPERATIONS and ops.OPERATIONS[name].derivative and name != "select"):
         found = by_rules(name, arrays, dtype)
     else:
         return  # choices have no rule for one node, and are tested in `test_engine.py`

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -11,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from places import PACKAGE
+from places import PACKAGE, ROOT
 
 from gonio.arrays.ops import ELEMENTARY
 
@@ -23,7 +24,7 @@ BY_THEIR_ALGEBRA = {
     "minimum": "of whole numbers too; kernels choose what is NaN, and passes whether one side decides about the sign",
     "maximum": "as the minimum",
 }
-"""Elementary functions that several files reason about, and why. The operations of `trace/operations.py` are others:
+"""Elementary functions that several files reason about, and why. Those of `arrays/operations.py` are others:
 sums, products, quotients, choices, comparisons, whole numbers, tables and loops are what graphs and languages are."""
 
 
@@ -57,28 +58,12 @@ def test_a_function_is_known_to_three_files():
     assert {name for name, files in places.items() if len(files) > 3} == BY_THEIR_ALGEBRA.keys(), places
 
 
-ROW = """
-cbrt = _elementary(
-    "cbrt",
-    "Cube root.",
-    cost=25.0,
-    derivative=chain(lambda do, number, x, r: do("div", number(1.0 / 3.0), do("mul", r, r))),
-    languages={"c": "cbrtf"},
+ADDED = re.findall(
+    r"^```python notest\n# src/gonio/(\S+)\n(.*?)^```$",
+    (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"),
+    re.M | re.S,
 )
-"""
-LANES = """
-def cbrt(v: Lanes, x: IRValue) -> IRValue:
-    return v.copysign(exp(v, v.mul(log(v, v.absolute(x)), v.real(1.0 / 3.0))), x)
-
-FUNCTIONS += (cbrt,)
-"""
-FORMULA = """
-def cbrt(x: Any) -> Any:
-    return _signed(ops.exp(ops.log(ops.absolute(x)) * (1.0 / 3.0)), x)
-
-FUNCTIONS["cbrt"] = cbrt
-"""
-ADDED = {"arrays/ops.py": ROW, "compile/llvm/elementary/exponential.py": LANES, "compile/source/elementary.py": FORMULA}
+"""Files, and what CONTRIBUTING.md adds to each."""
 
 TRIED = """
 import numpy as np
@@ -98,6 +83,7 @@ codegen.generate = lambda *a: kernels.append(generate(*a)) or kernels[-1]
 m, wi, wo = Cube(0.4), np.array([[0.6, 0.0, 0.8], [-0.28, 0.0, 0.96]]), np.array([0.0, 0.0, 1.0])
 x = 0.4 * wi[:, 0]
 np.testing.assert_array_equal(ops.cbrt(x), np.cbrt(x))
+np.testing.assert_allclose(ELEMENTARY["cbrt"].libraries["torch"](ops.LIBRARIES["numpy"], x), np.cbrt(x), rtol=1e-14)
 np.testing.assert_allclose(m.f(wi, wo), np.cbrt(x), rtol=1e-14)
 np.testing.assert_allclose(m.jacobian(wi, wo).by["rho"].squeeze(), np.cbrt(x) / 1.2, rtol=1e-13)
 assert len(kernels) == 2
@@ -119,9 +105,10 @@ def test_a_function_is_added_in_three_files(tmp_path):
             shutil.copytree(path, package / path.name, ignore=shutil.ignore_patterns("__pycache__"))
         else:
             (package / path.name).symlink_to(path)
-    for name, text in ADDED.items():
-        with open(package / name, "a", encoding="utf-8") as file:
-            file.write(text)
+    assert [name.rpartition("/")[2] for name, _ in ADDED] == ["ops.py", "exponential.py", "elementary.py"]
+    for name, piece in ADDED:
+        text, end, rest = (package / name).read_text(encoding="utf-8").partition("\nFUNCTIONS")
+        (package / name).write_text(f"{text}\n\n{piece}\n{end}{rest}", encoding="utf-8")
     settings = os.environ | {"PYTHONPATH": str(tmp_path), "GONIO_CACHE": "off", "GONIO_OPTIMIZE": "off"}
     done = subprocess.run([sys.executable, "-c", TRIED], capture_output=True, text=True, env=settings)
     assert (done.stdout, done.stderr) == ("Cube root.\n", "")

@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import ArrayTypeError, ShapeError
 from .fixed import Array, Fixed
 from .kinds import MATRIX, SCALAR, VECTOR
-from .operation import Operation
+from .operations import Operation
 
 WORD = (1 << 32) - 1
 """The bits of a whole number."""

@@ -11,18 +11,19 @@ from ..declared.numbers import numbers as numbers
 from . import LIBRARIES as LIBRARIES
 from . import Array
 from . import Library as Library
+from . import as_arrays as as_arrays
+from . import broadcast_shape as broadcast_shape
+from . import dtype_of as dtype_of
 from . import library as library
 from . import library_of_type as library_of_type
-from .given import as_arrays as as_arrays
-from .given import broadcast_shape as broadcast_shape
-from .given import dtype_of as dtype_of
-from .given import plain as plain
-from .given import to_numpy as to_numpy
-from .operation import Builder, Operation, Rule, Terms, chain
+from . import plain as plain
+from . import to_numpy as to_numpy
+from .operations import STRUCTURAL, Builder, Operation, Rule, Terms, chain
 
+OPERATIONS: dict[str, Operation] = {row.name: row for row in STRUCTURAL}
 ELEMENTARY: dict[str, Operation] = {}
-"""The table: all that gonio knows of each elementary function stands here, but how languages and LLVM compute it
-(`compile/source/elementary.py`, `compile/llvm/elementary/`)."""
+"""The table of operations, and of it the elementary functions: all that gonio knows of one stands here, but its code in
+LLVM (`compile/llvm/elementary/`) and its formula for languages without it (`compile/source/elementary.py`)."""
 
 
 def _function(name: str, doc: str) -> Callable[..., Array]:
@@ -42,7 +43,7 @@ def _function(name: str, doc: str) -> Callable[..., Array]:
 
 def _elementary(name: str, doc: str, arguments: tuple[str, ...] = ("x",), **facts: Any) -> Callable[..., Array]:
     """A row of the table, of which `Operation` says what its facts are."""
-    ELEMENTARY[name] = row = Operation(name, arguments, **facts)
+    OPERATIONS[name] = ELEMENTARY[name] = row = Operation(name, arguments, **facts)
     for lib in LIBRARIES.values():
         lib.add(row)
     return _function(name, doc)
@@ -194,7 +195,8 @@ erfinv = _elementary(
 )
 
 
-def _ierfc(lib: Library, x: Array, erfc: Callable[[Array], Array]) -> Array:
+def _ierfc(lib: Library, x: Array, erfc: Callable[[Array], Array] | None = None) -> Array:
+    erfc = erfc or lib.function("erfc")
     x = lib.function("where")(x > 30.0, 30.0, x)  # 0 from there on, infinity too; NaN stays
     return lib.function("exp")(-x * x) * (1.0 / math.sqrt(math.pi)) - x * erfc(x)
 
@@ -205,10 +207,7 @@ ierfc = _elementary(
     cost=12.0,
     derivative=chain(lambda do, number, x, r: do("sub", do("erf", x), number(1.0))),
     positive=True,
-    libraries={
-        "": lambda lib, x: _ierfc(lib, x, lib.function("erfc")),
-        "drjit": lambda lib, x: _ierfc(lib, x, lambda x: 1.0 - lib.module.erf(x)),
-    },
+    libraries={"": _ierfc, "drjit": lambda lib, x: _ierfc(lib, x, lambda x: 1.0 - lib.module.erf(x))},
     special="erfc",
 )
 absolute = _elementary(

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
+from ..arrays.operations import OPERATORS
 from ..arrays.packets import shot
 from ..trace.graph import INDEX, MASK, Graph
-from ..trace.operations import OPERATORS
 
 _OPERATORS: dict[str, Callable[..., Any]] = {**OPERATORS, "select": np.where, "stop": lambda x: x}
 

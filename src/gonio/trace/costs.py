@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
+from ..arrays.ops import OPERATIONS
 from .graph import REAL, Graph
-from .operations import OPERATIONS
 
 COSTS = {name: row.cost for name, row in OPERATIONS.items() if row.cost is not None}
 """Costs of operations, in products."""

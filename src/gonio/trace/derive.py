@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..arrays.ops import OPERATIONS
 from .graph import REAL, Graph
-from .operations import OPERATIONS
 
 
 def gradient(graph: Graph, output: int, inputs: Sequence[int]) -> list[int]:

@@ -26,9 +26,9 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
+from ..arrays.ops import OPERATIONS
 from .costs import Choice, GraphFacts
 from .graph import REAL, Graph
-from .operations import OPERATIONS
 
 TOGETHER = {"float32": 4, "float64": 24}
 """Powers in the divisor of one division, at most."""
@@ -400,22 +400,19 @@ class _Rewriting:
         return node
 
 
-_FACTS: dict[str, Callable[[_Rewriting, Sequence[Product]], Facts]] = {
+Fact = Callable[[_Rewriting, Sequence[Product]], Facts]
+_POSITIVE: dict[str, Fact] = {
+    "anywhere": lambda by, products: (NONE, None),
+    "at 0": lambda by, products: (NONE, by._nonzero(products[0])),
+    "nowhere": lambda by, products: (NONE, NONE),
+}
+_FACTS: dict[str, Fact] = {
     "value": lambda by, products: (by._positive(products[0]), by._nonzero(products[0])),
     "sum": _Rewriting._of_sum,
     "minimum": _Rewriting._of_minimum,
     "maximum": _Rewriting._of_maximum,
     "select": _Rewriting._of_choice,
-}
-_ZEROS: dict[str, Callable[[_Rewriting, Sequence[Product]], Nodes]] = {
-    "anywhere": lambda by, products: None,
-    "at 0": lambda by, products: by._nonzero(products[0]),
-    "nowhere": lambda by, products: NONE,
-}
-_FACTS |= {
-    name: lambda by, products, zero=_ZEROS[row.zero]: (NONE, zero(by, products))
-    for name, row in OPERATIONS.items()
-    if row.positive
+    **{name: _POSITIVE[row.zero] for name, row in OPERATIONS.items() if row.positive},
 }
 """Facts about the results of operations: the conditions for these to be positive, and not to be 0."""
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
 
+from ..arrays.ops import OPERATIONS
 from .graph import Graph
-from .operations import OPERATIONS
 
 MOST = 32
 """Products that a sum may have on the way."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from ..arrays.ops import OPERATIONS
 from .graph import COMPARISONS, LEAVES, MASK, Graph
-from .operations import OPERATIONS
 
 _SIGNS: dict[str, tuple[str, float]] = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2)}
 _SIGNS |= dict(zip(COMPARISONS, (("<", 0), ("<=", 0), (">", 0), (">=", 0), ("==", 0), ("!=", 0)), strict=True))

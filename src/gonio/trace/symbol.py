@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..arrays import OF_TYPES
-from ..arrays.ops import ELEMENTARY
+from ..arrays.ops import ELEMENTARY, OPERATIONS
 from ..errors import TraceError
 from .graph import INDEX, LOGIC, MASK, REAL, Graph
-from .operations import OPERATIONS
 
 _NAMED = {row.operator: name for name, row in OPERATIONS.items()}
 """Python's operators -> operations."""

@@ -7,9 +7,9 @@ from functools import partial
 from typing import Any
 
 from ...arrays import LIBRARIES
-from ...arrays.ops import ELEMENTARY
+from ...arrays.operations import OPERATORS
+from ...arrays.ops import ELEMENTARY, OPERATIONS
 from ...trace.graph import INDEX, MASK, REAL, Graph
-from ...trace.operations import OPERATIONS, OPERATORS
 
 DR_JIT = LIBRARIES["drjit"]
 _OWN = {

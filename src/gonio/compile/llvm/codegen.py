@@ -11,8 +11,8 @@ outer axis alone outside the inner loop.
 
 from __future__ import annotations
 
+from ...arrays.ops import OPERATIONS
 from ...trace.graph import COMPARISONS, INDEX, LOGIC, REAL
-from ...trace.operations import OPERATIONS
 from ...trace.passes import rewritten
 from . import elementary, machine, rays
 from .access import Access

@@ -148,10 +148,9 @@ def ierfc(x: Any) -> Any:
 
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
-    formula.__name__: formula
-    for formula in (sin_turn, cos_turn, sin, cos, tan, exp, log, power, arccos, arctan2, erf, erfinv, ierfc)
+    name: formula for name, formula in tuple(globals().items()) if name in ops.ELEMENTARY
 }
-"""Operation -> its formula."""
+"""Operation -> its formula: those of `ops` that stand above."""
 
 
 @cache

@@ -1,7 +1,8 @@
-"""What gonio knows of an operation: a row of the table of elementary functions (`ops`) or of `trace/operations.py`."""
+"""Operations: what a row of the table says, and the rows of those that are no elementary functions (see `ops`)."""
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
@@ -57,3 +58,48 @@ class Operation(NamedTuple):
 def chain(derivative: Callable[[Builder, Builder, int, int], int]) -> Rule:
     """A rule from the derivative of a function of one number: (apply, constant, argument, result) -> node."""
     return lambda do, number, slope, r, x: [do("mul", slope, derivative(do, number, x, r))]
+
+
+def _quotient(do: Builder, number: Builder, slope: int, r: int, x: int, y: int) -> Terms:
+    part = do("div", slope, y)
+    return part, do("neg", do("mul", part, r))
+
+
+def _choice(do: Builder, number: Builder, slope: int, r: int, condition: int, *_: int) -> Terms:
+    zero = number(0.0)
+    return None, do("select", condition, slope, zero), do("select", condition, zero, slope)
+
+
+STRUCTURAL: tuple[Operation, ...] = (
+    Operation("constant", cost=0.0),
+    Operation("load", cost=0.0),
+    Operation("take", cost=8.0, wide=True),
+    Operation("state", wide=True),
+    Operation("loop"),
+    Operation("result", wide=True),
+    Operation("rays", cost=300.0),
+    Operation("stop", cost=0.0, function="stop_gradient"),
+    Operation("to_index", shown="int"),
+    Operation("to_real", shown="float"),
+    # a sum costs less than a product, since most are fused with one
+    Operation("add", cost=0.5, derivative=lambda do, number, slope, r, x, y: (slope, slope), operator="add"),
+    Operation("sub", cost=0.5, derivative=lambda do, number, slope, r, x, y: (slope, do("neg", slope)), operator="sub"),
+    Operation(
+        "mul",
+        cost=1.0,
+        derivative=lambda do, number, slope, r, x, y: (do("mul", slope, y), do("mul", slope, x)),
+        operator="mul",
+    ),
+    Operation("div", cost=3.0, derivative=_quotient, operator="truediv"),
+    Operation("neg", cost=0.5, derivative=lambda do, number, slope, r, x: (do("neg", slope),), operator="neg"),
+    Operation("select", derivative=_choice, function="where"),
+    *(Operation(name, operator=name) for name in ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "xor")),
+    Operation("shl", function="shift_left"),
+    Operation("lshr", function="shift_right"),
+)
+"""What graphs are made of beside elementary functions: what passes and languages know by its algebra."""
+
+OPERATORS: dict[str, Callable[..., Any]] = {
+    row.name: getattr(operator, f"__{row.operator}__") for row in STRUCTURAL if row.operator
+}
+"""What Python's operators do with arrays of any library."""
