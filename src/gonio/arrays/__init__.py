@@ -1,7 +1,7 @@
 """The array libraries that formulas run on: the only room (with `bridges`) that knows which exist.
 
 Each is a file of libraries/, with the packages of its array types, its names of functions, and the way from vectors to
-components. A library in the manner of NumPy is one line there.
+components. A library in the manner of NumPy is one line there. What callers give becomes arrays of one of them here.
 """
 
 from __future__ import annotations

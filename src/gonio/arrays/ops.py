@@ -195,7 +195,8 @@ erfinv = _elementary(
 )
 
 
-def _ierfc(lib: Library, x: Array, erfc: Callable[[Array], Array]) -> Array:
+def _ierfc(lib: Library, x: Array, erfc: Callable[[Array], Array] | None = None) -> Array:
+    erfc = erfc or lib.function("erfc")
     x = lib.function("where")(x > 30.0, 30.0, x)  # 0 from there on, infinity too; NaN stays
     return lib.function("exp")(-x * x) * (1.0 / math.sqrt(math.pi)) - x * erfc(x)
 
@@ -206,10 +207,7 @@ ierfc = _elementary(
     cost=12.0,
     derivative=chain(lambda do, number, x, r: do("sub", do("erf", x), number(1.0))),
     positive=True,
-    libraries={
-        "": lambda lib, x: _ierfc(lib, x, lib.function("erfc")),
-        "drjit": lambda lib, x: _ierfc(lib, x, lambda x: 1.0 - lib.module.erf(x)),
-    },
+    libraries={"": _ierfc, "drjit": lambda lib, x: _ierfc(lib, x, lambda x: 1.0 - lib.module.erf(x))},
     special="erfc",
 )
 absolute = _elementary(
