@@ -38,9 +38,9 @@ def refuse_transmission(m: Reflectance, message: str) -> None:
 
 def require_finite(m: Any, expected: str = "a model whose f is finite, of one side") -> None:
     """Raises ParameterError for a perfect mirror, and for what is not lit and seen in front alone."""
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a perfect mirror; expected {expected}")
-    refuse_transmission(m, f"{m!r:.80}: it transmits light; expected {expected}")
+    if m.has_delta or m.sides != "front":
+        what = "a perfect mirror" if m.has_delta else "it transmits light"
+        raise ParameterError(f"{m!r:.80}: {what}; expected {expected}")
 
 
 def choose(back: Any, behind: Any, before: Any) -> Any:

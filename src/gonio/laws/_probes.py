@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
@@ -109,10 +109,10 @@ def everywhere(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarr
     return wi, wo
 
 
-def index(m: Reflectance, w: np.ndarray) -> np.ndarray:
-    """Refractive index (..., 1 or C) of the medium that directions are in; 1 in front of the surface."""
+def index(m: Reflectance) -> Callable[[np.ndarray], np.ndarray]:
+    """The refractive index (..., 1 or C) of the medium that directions are in: 1 in front of the surface."""
     behind = np.atleast_1d(np.asarray(m.index, dtype=float))
-    return np.where(w[..., 2:] < 0.0, behind, 1.0)
+    return lambda w: np.where(w[..., 2:] < 0.0, behind, 1.0)
 
 
 def azimuths(m: Reflectance) -> np.ndarray:

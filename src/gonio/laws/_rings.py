@@ -88,9 +88,9 @@ def places(m: Reflectance) -> Iterator[_BinnedView]:
     """
     sides, index = hemispheres(m), float(np.mean(m.index))
     for z in sides:
+        n = index if z > 0.0 else 1.0 / index
         for view, grid in grids():
-            straight = _refracted(view, index if z > 0.0 else 1.0 / index)
-            yield _seen_from(z, view, grid, [straight for _ in sides[1:]])
+            yield _seen_from(z, view, grid, [_refracted(view, n) for _ in sides[1:]])
 
 
 def _refracted(view: np.ndarray, index: float) -> np.ndarray:
