@@ -18,6 +18,17 @@ def sides_of(parts: Iterable[Hooks]) -> str:
     return each.pop() if len(each) == 1 else "both"
 
 
+def hemispheres(m: Hooks) -> tuple[float, ...]:
+    """The signs of z where light and viewer may be: above the surface, and below it of what is not of one side."""
+    return (1.0,) if m.sides == "front" else (1.0, -1.0)
+
+
+def refuse_transmission(m: Hooks, message: str) -> None:
+    """Raises ParameterError with this message for what is not lit and seen in front alone."""
+    if m.sides != "front":
+        raise ParameterError(message)
+
+
 def choose(back: Any, behind: Any, before: Any) -> Any:
     """A number as seen from behind where `back` is 1, or True; else as seen from in front."""
     if isinstance(back, bool):
