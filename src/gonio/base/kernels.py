@@ -118,11 +118,11 @@ def mueller(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
     # Half a turn leaves the axes of both directions as they are, but for their signs, which change nothing.
     wi, wo = Direction(*wi), Direction(*wo)
     behind, hidden, wo_up, viewed = from_viewer(wo, m)
-    none = Mueller.depolarizer(0.0)
-    parts = [
-        (unlit, _sum([x.polarized(safe, wo_up) * weight for weight, x in _spread(viewed, side)], none))
-        for side, unlit, safe in _light(viewed, turned_over(behind, wi), hidden)
-    ]
+    parts = []
+    for side, unlit, safe in _light(viewed, turned_over(behind, wi), hidden):
+        lobes = [(1.0, viewed)] if viewed.sides == "front" else _spread(viewed, side)
+        matrices = [lobe.polarized(safe, wo_up) * weight for weight, lobe in lobes]
+        parts.append((unlit, _sum(matrices, Mueller.depolarizer(0.0))))
     return (_matrix(parts, _nan_of(wi, wo), m),)
 
 
