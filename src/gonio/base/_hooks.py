@@ -15,6 +15,7 @@ import numpy as np
 from ..formula import warp
 from ..formula.direction import Direction, mirror
 from ..formula.distribution import Spread
+from ..formula.fields import Part
 from ..formula.mueller import Mueller
 from ..formula.parametrised import Parametrised
 
@@ -73,6 +74,12 @@ class Hooks(Parametrised):
         front both ['front', 'across']
         """
         return "front"
+
+    def _unfit(self, place: Part) -> str:
+        if place.sides == "any" or self.sides == "front":
+            return ""
+        rule = f"it transmits light; expected a reflectance lit and seen in front only ({place.doc})"
+        return f"{rule}; gn.TwoSided, gn.Sheet and sums take those that transmit"
 
     @property
     def index(self) -> Any:

@@ -20,6 +20,7 @@ from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, dot, select,
 from ..formula.mueller import Mueller
 from ..formula.sparse import is_zero
 from ._hooks import Hooks
+from .sides import lit_sides
 
 
 def _nan_of(*directions: Direction) -> Any:
@@ -64,7 +65,7 @@ def _height(side: str, wi: Direction) -> Any:
 def _light(m: Hooks, wi: Direction, hidden: Any) -> Iterator[tuple[str, Any, Direction]]:
     """Each side that the material has lobes for, where it is dark there or hidden, and wi, or another direction where
     it is dark."""
-    for side in ("front", "across") if m.sides == "both" else (m.sides,):
+    for side in lit_sides(m):
         dark = _height(side, wi) <= HORIZON
         yield side, dark | hidden, select(dark, NORMAL if side == "front" else BEHIND, wi)
 

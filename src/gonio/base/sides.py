@@ -29,6 +29,21 @@ def refuse_transmission(m: Hooks, message: str) -> None:
         raise ParameterError(message)
 
 
+def is_lit(m: Hooks, z: Any) -> Any:
+    """Whether light, or a viewer, so high above the surface can count; below it for what is not of one side."""
+    return z > 0.0 if m.sides == "front" else z > -2.0
+
+
+def lit_sides(m: Hooks) -> tuple[str, ...]:
+    """The sides, "front" or "across", that light comes from, as a viewer above the surface sees it."""
+    return ("front", "across") if m.sides == "both" else (m.sides,)
+
+
+def sign_of_light(lobe: Hooks) -> float:
+    """The sign of z for the light of a lobe, where the viewer is above the surface."""
+    return -1.0 if lobe.sides == "across" else 1.0
+
+
 def choose(back: Any, behind: Any, before: Any) -> Any:
     """A number as seen from behind where `back` is 1, or True; else as seen from in front."""
     if isinstance(back, bool):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.reflectance import Reflectance
+from ..base.reflectance import Reflectance, lets_through
 from ..base.reradiation import exchanges
 from ..base.under_light import glow
 from ..declared.arguments import checked
@@ -16,7 +16,6 @@ from ..formula.text import listed
 from ..integrals.nine import kept_reflectance
 from ..models.lambertian import Lambertian
 from ..numerics.lattice import lattice
-from ..scenes.left_out import lets_through
 from ..scenes.scene import Scene
 from .by_rays import ByRays
 from .checkpoint import Begun, RadiosityCheckpoint
