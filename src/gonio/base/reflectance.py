@@ -23,7 +23,7 @@ from . import calls, reradiation
 from . import channel_names as names
 from .advice import instead
 from .results import NO_HINTS, Hints
-from .sides import choose
+from .sides import choose, unfit
 
 if TYPE_CHECKING:
     from ..numerics.quadrature import Integrals
@@ -103,23 +103,6 @@ class Reflectance(Parametrised):
         yield 1.0, self
 
     @property
-    def split(self) -> bool:
-        """Whether this lobe and the next one share what is drawn, such as a facet that reflects or refracts.
-
-        `warp` of both then starts from the same draw, `chance` says which of them it goes to, and `estimate` of this
-        one is that of both.
-
-        Example
-        >>> print([lobe.split for _, lobe in gn.RoughDielectric(gn.GGX(0.2), 1.5).lobes()])
-        [True, False]
-        """
-        return False
-
-    def chance(self, wi: Direction, wo: Direction) -> Any:
-        """The probability that what both lobes of a `split` share goes to this one, where it is drawn as this wi."""
-        return 1.0 + 0.0 * wo.z
-
-    @property
     def sides(self) -> str:
         """Where light and viewer may be: "front", "across" or "both"; a class says `sides = "across"`.
 
@@ -176,6 +159,16 @@ class Reflectance(Parametrised):
     # What few models write, for the one room that asks.
 
     @property
+    def _split(self) -> bool:
+        """Whether this lobe and the next one share what is drawn, such as a facet that reflects or refracts: `warp` of
+        both starts from the same draw, and `estimate` of this one is that of both."""
+        return False
+
+    def _chance(self, wi: Direction, wo: Direction) -> Any:
+        """The probability that what both lobes of a split share goes to this one, where it is drawn as this wi."""
+        return 1.0 + 0.0 * wo.z
+
+    @property
     def _single_scatter(self) -> Any:
         """The reflectance of facets like these that absorb nothing, where light that they scatter twice is lost: what
         it lacks of 1 is lost. None where nothing is."""
@@ -186,6 +179,7 @@ class Reflectance(Parametrised):
         """Whether what is re-radiated is as that of a Lambertian surface, from and to all directions alike."""
         return False
 
+    _unfit = unfit
     _with_rounds, _require_bands = reradiation.with_rounds, reradiation.require_bands
     _without_slopes = calls.without_slopes
 

@@ -51,6 +51,12 @@ def exchanges(m: Any) -> bool:
     return bool(m.fluoresces) and (m.channels or 1) > 1
 
 
+def has_stand_in(m: Any) -> bool:
+    """Whether light is exchanged, and an ordinary material may stand in under some light: `under` needs wavelengths,
+    and one side."""
+    return exchanges(m) and m.wavelengths is not None and m.sides == "front"
+
+
 def pairs(m: Any, channels: int) -> _Pairs:
     """Both copies of a material, with a channel o C + i for each pair of channels."""
     m = m._with_rounds(lambda _, coat: coat.to_and_fro(channels))

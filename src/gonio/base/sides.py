@@ -11,6 +11,7 @@ from ..arrays import ops
 from ..errors import REFUSALS, ParameterError, shown
 
 if TYPE_CHECKING:
+    from ..formula.fields import Part
     from .reflectance import Reflectance
 
 
@@ -41,6 +42,29 @@ def require_finite(m: Any, expected: str = "a model whose f is finite, of one si
     if m.has_delta or m.sides != "front":
         what = "a perfect mirror" if m.has_delta else "it transmits light"
         raise ParameterError(f"{m!r:.80}: {what}; expected {expected}")
+
+
+def is_lit(m: Reflectance, z: Any) -> Any:
+    """Whether light, or a viewer, so high above the surface can count; below it for what is not of one side."""
+    return z > 0.0 if m.sides == "front" else z > -2.0
+
+
+def lit_sides(m: Reflectance) -> tuple[str, ...]:
+    """The sides, "front" or "across", that light comes from, as a viewer above the surface sees it."""
+    return ("front", "across") if m.sides == "both" else (m.sides,)
+
+
+def sign_of_light(lobe: Reflectance) -> float:
+    """The sign of z for the light of a lobe, where the viewer is above the surface."""
+    return -1.0 if lobe.sides == "across" else 1.0
+
+
+def unfit(m: Reflectance, place: Part) -> str:
+    """Why a reflectance does not fit into a part of another one; "" where it does."""
+    if place.sides == "any" or m.sides == "front":
+        return ""
+    rule = f"it transmits light; expected a reflectance lit and seen in front only ({place.doc})"
+    return f"{rule}; gn.TwoSided, gn.Sheet and sums take those that transmit"
 
 
 def choose(back: Any, behind: Any, before: Any) -> Any:

@@ -246,7 +246,19 @@ def weighed(parts: Iterable[tuple[Any, Reflectance]]) -> Sum:
 
 def lobes_on(m: Reflectance, sides: str, back: bool = False) -> Reflectance:
     """The lobes whose light comes from "front", the viewer's side, or from "across" the surface; `back`: of the
-    reflectance as seen from behind. Itself where it has no others."""
+    reflectance as seen from behind. Itself where it has no others; a sum of nothing where it has none of these."""
     if m.sides == sides and not back:
         return m
-    return weighed((weight, lobe) for weight, lobe in m.turned(back).lobes() if lobe.sides == sides)
+    seen = [] if m.sides == "front" else m.turned(back).lobes()
+    return weighed((weight, lobe) for weight, lobe in seen if lobe.sides == sides)
+
+
+def lets_through(m: Reflectance) -> bool:
+    """Whether light goes through a material."""
+    return any(True for back in (False, True) for _ in lobes_on(m, "across", back).lobes())
+
+
+def drawn_apart(m: Reflectance) -> Iterable[tuple[Any, Reflectance]]:
+    """The parts that may be drawn from one by one, with their weights: the lobes; but the whole where these depend on
+    the side that it is seen from."""
+    return m.lobes() if m.sides == "front" else [(1.0, m)]

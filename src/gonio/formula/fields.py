@@ -228,10 +228,8 @@ class Part(Field):
         if not isinstance(value, self.kind):
             rule = f"expected a {self.kind.__name__} ({self.doc}): one of {subclasses(self.kind)}"
             raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule}")
-        if self.sides == "front" and hasattr(self.kind, "sides") and value.sides != "front":
-            rule = f"it transmits light; expected a reflectance lit and seen in front only ({self.doc})"
-            advice = "gn.TwoSided, gn.Sheet and sums take those that transmit"
-            raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule}; {advice}")
+        if reason := value._unfit(self):
+            raise ParameterError(f"{owner}({self.name}={shown(value)}): {reason}")
         return value
 
 

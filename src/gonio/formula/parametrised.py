@@ -228,6 +228,10 @@ class Parametrised(Value):
             if isinstance(field, Param)
         }
 
+    def _unfit(self, place: Part) -> str:
+        """Why this cannot be that part of another value, or nothing."""
+        return ""
+
     def _meant(self, name: str) -> str:
         for path, field, _, _ in tree.walk(self):
             if name in (field.name, getattr(field, "alias", None)) and isinstance(field, Param):

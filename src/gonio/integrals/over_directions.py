@@ -13,6 +13,7 @@ from ..arrays import ops
 from ..arrays.kinds import TOTAL, VALUE, VECTOR, with_channels
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
+from ..base.sides import sign_of_light
 from ..evaluate import batch
 from ..evaluate.tracing import Task
 from ..formula import tree
@@ -187,7 +188,7 @@ class _Integrand(NamedTuple):
 
     def sums(self, coordinates: Coordinates, used: np.ndarray) -> Evaluate:
         """The function that `cubature` evaluates, for the fixed directions number `used`."""
-        across = self.lobe.sides == "across"
+        across = sign_of_light(self.lobe) < 0.0
         kernel = _kernel(coordinates, place, self.over.incident, self.over.radiance is not None, across)
         return lambda rows, cells: self.summed(kernel, CHUNKS, NODES, used[rows], cells)
 

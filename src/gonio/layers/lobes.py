@@ -208,6 +208,9 @@ class _Across(_Passing):
         other = self._as(type(self), behind=not self.behind)
         return weighed([(choose(back, 0.0, 1.0), self), (choose(back, 1.0, 0.0), other)])
 
+    def _fixed_behind(self, incident: bool) -> bool:
+        return self.behind != incident
+
     def to_light(self, wi: Direction) -> list[tuple[Any, Direction, Any]]:
         """The same as `passage` for light from the other side: the direction in each layer, towards the light, and the
         share that gets there; in the order of layers from that side on, indices over that there."""

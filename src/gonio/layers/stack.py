@@ -88,7 +88,7 @@ class Stack(_Layered):
         self._hold(tolerance=float(tolerance))
         self._set(values, fields=fields)
         self.validate()
-        self._hold(bends=any(self._kinks(behind) for behind in {False, self.sides == "both"}))
+        self._hold(bends=any(self._kinks(behind) for behind in {False, self.base is None}))
 
     def validate(self) -> None:
         for path, field, value, _ in tree.walk(self):
@@ -124,7 +124,7 @@ class Stack(_Layered):
         return max(self._response(c).orders for c in range(self.channels or 1))
 
     def turned(self, back: Any) -> Reflectance:
-        if self.sides != "both":
+        if self.base is not None:
             return super().turned(back)
         if isinstance(back, bool):
             return weighed((self._over if back else self).lobes())
@@ -174,7 +174,7 @@ class Stack(_Layered):
         kept = super()._keep()
 
         def drawn() -> np.ndarray:
-            ways = (self.behind,) if self.sides == "front" else (False, True)
+            ways = (self.behind,) if self.base is not None else (False, True)
             rests = [self._as(_Rest, _kept=kept, behind=behind) for behind in ways]
             return np.concatenate([lobe_tables(rest, False) for rest in rests], axis=1)
 
@@ -215,14 +215,14 @@ class Stack(_Layered):
 
     def _tabulated(self, behind: Any) -> Iterable[tuple[Any, Reflectance]]:
         """The lobes of all other light, seen from behind or not: a symbol serves both sides with one look-up."""
-        if self.sides == "front":
+        if self.base is not None:
             yield 1.0, self._as(_Rest)
         elif any(not isinstance(layer, Interface) for layer in self.layers):
             yield 1.0, self._as(_Rest, behind=behind)
             yield 1.0, self._as(_Through, behind=behind)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        if self.sides == "both":
+        if self.base is None:
             raise self._lacks("formula")
         total: Any = 0.0
         for weight, lobe in self.lobes():
@@ -231,7 +231,7 @@ class Stack(_Layered):
         return total
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        if self.sides == "both":
+        if self.base is None:
             raise self._lacks("polarized")
         closed, rest = [], Mueller.depolarizer(0.0 * wi.z)
         for weight, lobe in self.lobes():

@@ -123,16 +123,16 @@ class _Interface(Facets):
         return self.eta
 
     @abstractmethod
-    def chance(self, wi: Direction, wo: Direction) -> Any:
+    def _chance(self, wi: Direction, wo: Direction) -> Any:
         """The share of the light at a facet."""
 
 
 class _Mirroring(_Interface):
     """The light that facets reflect."""
 
-    split = True
+    _split = True
 
-    def chance(self, wi: Direction, wo: Direction) -> Any:
+    def _chance(self, wi: Direction, wo: Direction) -> Any:
         return self.fresnel.F(half_and_cosine(wi, wo)[1])
 
     def mirror(self, wo: Direction) -> Any:
@@ -186,7 +186,7 @@ class _Refracting(_Interface):
         density = self.facets.normal_density(wo, wm, c) * self.eta * self.eta * ct / square
         return ops.where(met, density, 0.0)
 
-    def chance(self, wi: Direction, wo: Direction) -> Any:
+    def _chance(self, wi: Direction, wo: Direction) -> Any:
         met, _, c, ct, _ = self.facet(wi, wo)
         return ops.where(met, transmittance(c, ct, self.eta), 0.0)
 

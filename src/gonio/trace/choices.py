@@ -36,13 +36,29 @@ def _decided(graph: Graph, order: Sequence[int], outputs: Sequence[int]) -> dict
     sources = {node: graph.inputs(node) for node in order}
     loops = [n for node in order if graph.operations[node] == "loop" for n in sources[node]]  # they must end
     decided: dict[int, int] = {}
-    for choices in under.values():
-        if len(choices) < 2:
+    weaker: dict[int, list[int]] = {}  # conditions that hold wherever another one does
+    for condition in under:
+        for part in _alternatives(graph, condition):
+            weaker.setdefault(part, []).append(condition)
+    for condition, choices in under.items():
+        taking = [node for other in weaker[condition] for node in under[other]]
+        if len(taking) < 2:
             continue
-        taken = sources | {node: sources[node][:2] for node in choices}
+        taken = sources | {node: sources[node][:2] for node in taking}
         free = {*outputs, *loops}  # nodes whose value matters where the condition holds
         for node in reversed(order):
             if node in free:
                 free.update(taken[node])
         decided.update((node, graph.arguments[node][2]) for node in choices if node not in free)
     return decided
+
+
+def _alternatives(graph: Graph, condition: int) -> set[int]:
+    """A condition and the parts of "or" of which one holding makes it hold."""
+    parts, left = set[int](), [condition]
+    while left:
+        node = left.pop()
+        if node not in parts:
+            parts.add(node)
+            left += graph.inputs(node) if graph.operations[node] == "or" else ()
+    return parts
