@@ -85,10 +85,8 @@ class Reflectance(Parametrised):
         return False
 
     def mirror(self, wo: Direction) -> Any:
-        """Reflectance of a delta lobe at the mirror direction.
-
-        A model that becomes a mirror as its widths (parameters whose `sampled` is "max" or "min") go to their narrow
-        bounds may write it too; `gonio.check` then tests this limit.
+        """Reflectance of a delta lobe at the mirror direction. A model that becomes a mirror as its widths (parameters
+        whose `sampled` is "max" or "min") go to their narrow bounds may write it too: `gonio.check` tests this limit.
         """
         raise self._lacks("mirror")
 
@@ -138,10 +136,7 @@ class Reflectance(Parametrised):
     # Polarization and fluorescence.
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        """The Mueller matrix of f [1/sr], in the axes of `formula/mueller.py`, for directions above the horizon.
-
-        Not written, what leaves is unpolarized: f diag(1, 0, 0, 0).
-        """
+        """The Mueller matrix of f [1/sr], in the axes of `formula/mueller.py`; without it what leaves is unpolarized."""
         return Mueller.depolarizer(self.formula(wi, wo))
 
     def polarized_mirror(self, wo: Direction) -> Mueller:
@@ -149,11 +144,9 @@ class Reflectance(Parametrised):
         return Mueller.depolarizer(self.mirror(wo))
 
     def reradiated(self, light: Self, wi: Direction, wo: Direction) -> Any:
-        """Fluorescence: the light of one wavelength that leaves as light of another, [1/sr] per band.
-
-        `self` has the numbers of the wavelength that leaves, `light` is the same material with those of the one that
-        arrives. A model that writes it says `fluoresces = True`.
-        """
+        """Fluorescence: the light of one wavelength that leaves as light of another, [1/sr] per band. `self` has the
+        numbers of the wavelength that leaves, `light` is the same material with those of the one that arrives. A model
+        that writes it says `fluoresces = True`."""
         return 0.0
 
     # What few models write, for the one room that asks.
@@ -170,8 +163,7 @@ class Reflectance(Parametrised):
 
     @property
     def _single_scatter(self) -> Any:
-        """The reflectance of facets like these that absorb nothing, where light that they scatter twice is lost: what
-        it lacks of 1 is lost. None where nothing is."""
+        """Facets like these that absorb nothing: they lack of 1 what is scattered twice; None where nothing is lost."""
         return None
 
     @property
@@ -179,14 +171,12 @@ class Reflectance(Parametrised):
         """Whether what is re-radiated is as that of a Lambertian surface, from and to all directions alike."""
         return False
 
-    _unfit = unfit
+    _unfit, _without_slopes = unfit, calls.without_slopes
     _with_rounds, _require_bands = reradiation.with_rounds, reradiation.require_bands
-    _without_slopes = calls.without_slopes
 
     def _collected(self, w: Any, incident: bool, goal: float, each: Callable[[Any, float], Integrals]) -> Any:
-        """`Integrals` of f cos over the directions of light, or `incident` of the viewer, for fixed directions (n, 3)
-        of the viewer, or of light, to an error `goal`, of a lobe that has them of few (None: it has not). `each`: those
-        of directions (k, 3) to an error, each by itself."""
+        """`Integrals` of f cos for fixed directions w (n, 3) of the viewer, or `incident` of light, to an error `goal`, of a
+        lobe that has them of few (None: it has not). `each`: those of directions (k, 3) to an error, one by one."""
         return None
 
     # What everyone calls: arrays in, arrays out.
@@ -250,8 +240,7 @@ class Reflectance(Parametrised):
     # What is shown and said.
 
     _repr_html_, _repr_png_ = repr_html, repr_png
-    _numbers_from: str = note("")
-    """The source of the numbers of a built-in material."""
+    _numbers_from: str = note("")  # the source of the numbers of a built-in material
     _noun: ClassVar[str] = "a reflectance"
     _reflects: ClassVar[str] = "{}"
     _instead = staticmethod(instead)
