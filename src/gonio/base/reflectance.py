@@ -136,7 +136,7 @@ class Reflectance(Parametrised):
     # Polarization and fluorescence.
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        """The Mueller matrix of f [1/sr], in the axes of `formula/mueller.py`; without it what leaves is unpolarized."""
+        """The Mueller matrix of f [1/sr], in the axes of `formula/mueller.py`; without it light leaves unpolarized."""
         return Mueller.depolarizer(self.formula(wi, wo))
 
     def polarized_mirror(self, wo: Direction) -> Mueller:
@@ -175,8 +175,8 @@ class Reflectance(Parametrised):
     _with_rounds, _require_bands = reradiation.with_rounds, reradiation.require_bands
 
     def _collected(self, w: Any, incident: bool, goal: float, each: Callable[[Any, float], Integrals]) -> Any:
-        """`Integrals` of f cos for fixed directions w (n, 3) of the viewer, or `incident` of light, to an error `goal`, of a
-        lobe that has them of few (None: it has not). `each`: those of directions (k, 3) to an error, one by one."""
+        """`Integrals` of f cos for fixed directions w (n, 3) of the viewer, or `incident` of light, to an error `goal`,
+        of a lobe that has them of few (None: it has not). `each`: those of directions (k, 3) to an error, one by one."""
         return None
 
     # What everyone calls: arrays in, arrays out.
