@@ -176,7 +176,7 @@ class Reflectance(Parametrised):
 
     def _collected(self, w: Any, incident: bool, goal: float, each: Callable[[Any, float], Integrals]) -> Any:
         """`Integrals` of f cos for fixed directions w (n, 3) of the viewer, or `incident` of light, to an error `goal`,
-        of a lobe that has them of few (None: it has not). `each`: those of directions (k, 3) to an error, one by one."""
+        of a lobe that has them of few (None: it has not); `each`: those of directions (k, 3), one by one."""
         return None
 
     # What everyone calls: arrays in, arrays out.
