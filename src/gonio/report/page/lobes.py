@@ -104,7 +104,7 @@ def lobes(m: Reflectance) -> dict[str, Any]:
         if m.has_delta:
             wo = direction(math.radians(theta), plane(m))
             shares = [number(with_channels(m.delta_reflectance(wo, across=z < 0.0), 0)) for z in sides]
-            lobe["delta"] = [float(x) for x in (*shares, 0.0)[:2]]
+            lobe["delta"] = [*map(float, shares), 0.0][:2]
         found.append(lobe)
     return {"low": low, "high": high, "floor": floor, "unit": unit, "lobes": found}
 
