@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator
-from functools import reduce
+from functools import partial, reduce
 from typing import Any, NamedTuple
 
 from ..arrays import ops
@@ -91,10 +91,7 @@ def _over_light(m: Hooks, wi: Direction, hidden: Any, terms: Callable[[str, Dire
 
 
 def _f(m: Hooks, wi: Direction, wo: Direction, hidden: Any) -> Any:
-    def terms(side: str, safe: Direction) -> list[Any]:
-        return [weight * lobe.formula(safe, wo) for weight, lobe in _spread(m, side)]
-
-    return _over_light(m, wi, hidden, terms)
+    return _over_light(m, wi, hidden, lambda side, safe: [w * x.formula(safe, wo) for w, x in _spread(m, side)])
 
 
 def value(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
@@ -133,32 +130,18 @@ def _mirrors(m: Hooks, wo: Direction, side: str) -> tuple[Any, Direction, list[t
     return hidden, wo_up, [(weight, lobe) for weight, lobe in viewed.lobes() if lobe.is_delta and lobe.sides == side]
 
 
-def _delta(m: Hooks, wo: Direction, side: str) -> tuple[Any, ...]:
+def delta(m: Hooks, mean: Hooks, wo: Any, side: str) -> tuple[Any, ...]:
+    wo = Direction(*wo)
     hidden, wo_up, lobes = _mirrors(m, wo, side)
     share = _sum([weight * lobe.mirror(wo_up) for weight, lobe in lobes], 0.0 * wo_up.z)
     return (with_holes(ops.where(hidden, 0.0, share) + _nan_of(wo), m),)
 
 
-def delta_reflectance(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
-    return _delta(m, Direction(*wo), "front")
-
-
-def delta_transmission(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
-    return _delta(m, Direction(*wo), "across")
-
-
-def _delta_mueller(m: Hooks, wo: Direction, side: str) -> tuple[Any, ...]:
+def delta_mueller(m: Hooks, mean: Hooks, wo: Any, side: str) -> tuple[Any, ...]:
+    wo = Direction(*wo)
     hidden, wo_up, lobes = _mirrors(m, wo, side)
     total = _sum([lobe.polarized_mirror(wo_up) * weight for weight, lobe in lobes], Mueller.depolarizer(0.0))
     return (_matrix([(hidden, total)], _nan_of(wo), m),)
-
-
-def delta_mueller(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
-    return _delta_mueller(m, Direction(*wo), "front")
-
-
-def delta_mueller_across(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
-    return _delta_mueller(m, Direction(*wo), "across")
 
 
 def reradiation(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
@@ -290,5 +273,7 @@ SAMPLE = {numbers: Task(sample, (VECTOR, VALUE, SCALAR, SCALAR), (3, numbers)) f
 """By how many uniform numbers there are."""
 MUELLER = Task(mueller, (MATRIX,), (3, 3))
 RERADIATION = Task(reradiation, (VALUE,), (3, 3))
-DELTA_REFLECTANCE, DELTA_TRANSMISSION = (Task(k, (VALUE,), (3,)) for k in (delta_reflectance, delta_transmission))
-DELTA_MUELLER, DELTA_MUELLER_ACROSS = (Task(k, (MATRIX,), (3,)) for k in (delta_mueller, delta_mueller_across))
+DELTA_REFLECTANCE, DELTA_TRANSMISSION = (Task(partial(delta, side=x), (VALUE,), (3,)) for x in ("front", "across"))
+DELTA_MUELLER, DELTA_MUELLER_ACROSS = (
+    Task(partial(delta_mueller, side=x), (MATRIX,), (3,)) for x in ("front", "across")
+)
