@@ -224,7 +224,7 @@ def test_formulas_are_made_of_these_operations(some):
             tracing.Task(kernels.value, ("value",), (3, 3)),
             tracing.Task(kernels.pdf, ("scalar",), (3, 3)),
             tracing.Task(kernels.sample, ("vector", "value", "scalar", "scalar"), (3, 2)),
-            tracing.Task(kernels.delta_reflectance, ("value",), (3,)),
+            kernels.DELTA_REFLECTANCE,
             tracing.Task(kernels.value, ("value",), (3, 3), (leaves, (0, 1))),
         ):
             trace = tracing.traced(task, m, channels)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator
-from functools import reduce
+from functools import partial, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..arrays import ops
@@ -93,10 +93,7 @@ def _over_light(m: Reflectance, wi: Direction, hidden: Any, terms: Callable[[str
 
 
 def _f(m: Reflectance, wi: Direction, wo: Direction, hidden: Any) -> Any:
-    def terms(side: str, safe: Direction) -> list[Any]:
-        return [weight * lobe.formula(safe, wo) for weight, lobe in _spread(m, side)]
-
-    return _over_light(m, wi, hidden, terms)
+    return _over_light(m, wi, hidden, lambda side, safe: [w * x.formula(safe, wo) for w, x in _spread(m, side)])
 
 
 def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
@@ -135,32 +132,18 @@ def _mirrors(m: Reflectance, wo: Direction, side: str) -> tuple[Any, Direction, 
     return hidden, wo_up, [(weight, lobe) for weight, lobe in viewed.lobes() if lobe.is_delta and lobe.sides == side]
 
 
-def _delta(m: Reflectance, wo: Direction, side: str) -> tuple[Any, ...]:
+def delta(m: Reflectance, mean: Reflectance, wo: Any, side: str) -> tuple[Any, ...]:
+    wo = Direction(*wo)
     hidden, wo_up, lobes = _mirrors(m, wo, side)
     share = _sum([weight * lobe.mirror(wo_up) for weight, lobe in lobes], 0.0 * wo_up.z)
     return (with_holes(ops.where(hidden, 0.0, share) + _nan_of(wo), m),)
 
 
-def delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
-    return _delta(m, Direction(*wo), "front")
-
-
-def delta_transmission(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
-    return _delta(m, Direction(*wo), "across")
-
-
-def _delta_mueller(m: Reflectance, wo: Direction, side: str) -> tuple[Any, ...]:
+def delta_mueller(m: Reflectance, mean: Reflectance, wo: Any, side: str) -> tuple[Any, ...]:
+    wo = Direction(*wo)
     hidden, wo_up, lobes = _mirrors(m, wo, side)
     total = _sum([lobe.polarized_mirror(wo_up) * weight for weight, lobe in lobes], Mueller.depolarizer(0.0))
     return (_matrix([(hidden, total)], _nan_of(wo), m),)
-
-
-def delta_mueller(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
-    return _delta_mueller(m, Direction(*wo), "front")
-
-
-def delta_mueller_across(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
-    return _delta_mueller(m, Direction(*wo), "across")
 
 
 def reradiation(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
@@ -294,5 +277,7 @@ SAMPLE = {numbers: Task(sample, (VECTOR, VALUE, SCALAR, SCALAR), (3, numbers)) f
 """By how many uniform numbers there are."""
 MUELLER = Task(mueller, (MATRIX,), (3, 3))
 RERADIATION = Task(reradiation, (VALUE,), (3, 3))
-DELTA_REFLECTANCE, DELTA_TRANSMISSION = (Task(k, (VALUE,), (3,)) for k in (delta_reflectance, delta_transmission))
-DELTA_MUELLER, DELTA_MUELLER_ACROSS = (Task(k, (MATRIX,), (3,)) for k in (delta_mueller, delta_mueller_across))
+DELTA_REFLECTANCE, DELTA_TRANSMISSION = (Task(partial(delta, side=x), (VALUE,), (3,)) for x in ("front", "across"))
+DELTA_MUELLER, DELTA_MUELLER_ACROSS = (
+    Task(partial(delta_mueller, side=x), (MATRIX,), (3,)) for x in ("front", "across")
+)

@@ -1,7 +1,8 @@
 """Choices that are made already: a formula of replaced directions whose result is masked needs no replacement.
 
 Kernels give formulas the normal in place of a direction below the horizon, so that derivatives stay finite, and mask
-the result by the same condition. Where nothing else is computed from the replacement, the direction itself will do.
+the result by the same condition, or by one that holds wherever that does. Where nothing else is computed from the
+replacement, the direction itself will do.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ from .graph import Graph
 
 
 def fewer_choices(graph: Graph, outputs: Sequence[int]) -> tuple[Graph, list[int]]:
-    """An equal graph, and its outputs, where a choice is left out if its result matters only where another choice by
-    the same condition takes its second side: that side stands in its place."""
+    """An equal graph, and its outputs, where a choice is left out if its result matters only where its condition does
+    not hold, for where it holds others take their first sides: the second side stands in its place."""
     order = graph.reachable(outputs)
     decided = _decided(graph, order, outputs)
     if not decided:
