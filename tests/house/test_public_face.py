@@ -312,7 +312,7 @@ def test_one_file_says_the_contract_of_a_material():
     lines = CONTRACT.read_text().splitlines()
     assert len(lines) <= 250
     assert Reflectance.__mro__[1:3] == (Parametrised, Value)
-    assert CALLED - set(vars(Reflectance)) == {"replace", "parameters", "fields"}
+    assert CALLED - set(vars(Reflectance)) == {"replace", "parameters"}
 
 
 def test_the_contract_gives_the_arguments_of_its_calls():
