@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ..errors import NotFoundError, ParameterError, shown
+from ..arrays import ops
+from ..arrays.labels import is_named
+from ..errors import ArrayTypeError, NotFoundError, ParameterError, TooLargeError, shown
 from ..evaluate import batch
 from ..formula import tree
-from ..formula.fields import Part
+from ..formula.fields import CLASSES, Part
 from ..formula.text import listed
 from ..numerics.lattice import lattice
 from . import channel_names, kernels, textured
@@ -19,11 +21,8 @@ from .angles import direction
 from .results import Jacobian, Sample
 from .sides import hemispheres, shape_of
 
-if TYPE_CHECKING:
-    from .reflectance import Reflectance
 
-
-def f(m: Reflectance, wi: Any, wo: Any, out: Any = None, uv: Any = None) -> Any:
+def f(m: Any, wi: Any, wo: Any, out: Any = None, uv: Any = None) -> Any:
     """The BRDF f(wi, wo), radiance out over irradiance in; of what transmits the BSDF, anywhere on the sphere.
 
     `uv`: places on the surface, from (0, 0) at the upper left corner of a texture to (1, 1) at the lower right one,
@@ -45,7 +44,7 @@ def f(m: Reflectance, wi: Any, wo: Any, out: Any = None, uv: Any = None) -> Any:
     return batch.run(kernels.F, m, (wi, wo), out)[0]
 
 
-def pdf(m: Reflectance, wi: Any, wo: Any) -> Any:
+def pdf(m: Any, wi: Any, wo: Any) -> Any:
     """Density [1/sr] with which `sample` draws wi for given wo, delta lobes left out; shape (...).
 
     Example
@@ -56,7 +55,7 @@ def pdf(m: Reflectance, wi: Any, wo: Any) -> Any:
     return batch.run(kernels.PDF, m, (wi, wo))[0]
 
 
-def sample(m: Reflectance, wo: Any, u: Any) -> Sample:
+def sample(m: Any, wo: Any, u: Any) -> Sample:
     """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) or (..., 3) in [0, 1); a 1 is
     replaced by the largest float32 below it. A third number chooses the lobe; without it the first two do.
 
@@ -75,7 +74,7 @@ def sample(m: Reflectance, wo: Any, u: Any) -> Sample:
     return Sample(*batch.run(kernels.SAMPLE[numbers], m, (wo, u)))
 
 
-def jacobian(m: Reflectance, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
+def jacobian(m: Any, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
     """f(wi, wo) and its exact derivatives, at the cost of a few evaluations.
 
     `by`: paths of `parameters`, and "wi" or "wo" for the components of a direction; all parameters if not given,
@@ -99,7 +98,7 @@ def jacobian(m: Reflectance, wi: Any, wo: Any, by: Iterable[str] | None = None) 
     return Jacobian(value, dict(zip(names, slopes, strict=True)))
 
 
-def variables(m: Reflectance, by: Iterable[str] | None) -> tuple[list[str], tuple[int, ...], tuple[int, ...]]:
+def variables(m: Any, by: Iterable[str] | None) -> tuple[list[str], tuple[int, ...], tuple[int, ...]]:
     """What `jacobian` differentiates by: the names, and the places of parameters and of directions among them."""
     if by is None and (every := m._alike.get(variables)):
         names_and_places: tuple[list[str], tuple[int, ...], tuple[int, ...]] = every
@@ -128,13 +127,13 @@ def variables(m: Reflectance, by: Iterable[str] | None) -> tuple[list[str], tupl
     return names_and_places
 
 
-def without_slopes(m: Reflectance, prefix: str = "") -> Iterator[str]:
+def without_slopes(m: Any, prefix: str = "") -> Iterator[str]:
     """How the paths of numbers begin by which nothing can be differentiated."""
     for name, part in reflectances(m).items():
         yield from part._without_slopes(f"{prefix}{name}.")
 
 
-def f_angles(m: Reflectance, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
+def f_angles(m: Any, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
     """f of polar angles and azimuths [rad]; the four broadcast against each other.
 
     Example
@@ -145,7 +144,7 @@ def f_angles(m: Reflectance, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any)
     return m.f(direction(theta_i, phi_i), direction(theta_o, phi_o))
 
 
-def delta_reflectance(m: Reflectance, wo: Any, across: bool = False) -> Any:
+def delta_reflectance(m: Any, wo: Any, across: bool = False) -> Any:
     """Reflectance (...[, C]) of all delta lobes together at the mirror direction of wo (..., 3); with `across` that
     of those which transmit: L_o(wo) over L_i, which for refraction is T (n_o/n_i)^2.
 
@@ -160,7 +159,7 @@ def delta_reflectance(m: Reflectance, wo: Any, across: bool = False) -> Any:
     return batch.run(task, m, (wo,))[0]
 
 
-def mueller(m: Reflectance, wi: Any, wo: Any) -> Any:
+def mueller(m: Any, wi: Any, wo: Any) -> Any:
     """The Mueller matrix of the BRDF: Stokes vector of radiance out over that of irradiance in; M[..., 0, 0] is f.
 
     Stokes vectors (I, Q, U, V) in the axes of the surface: for light that moves along k (-wi, then wo) x = s, along
@@ -182,7 +181,7 @@ def mueller(m: Reflectance, wi: Any, wo: Any) -> Any:
     return batch.run(kernels.MUELLER, m, (wi, wo))[0]
 
 
-def delta_mueller(m: Reflectance, wo: Any, across: bool = False) -> Any:
+def delta_mueller(m: Any, wo: Any, across: bool = False) -> Any:
     """The Mueller matrix (...[, C], 4, 4) of all delta lobes together at the mirror direction of wo (..., 3).
 
     `across`: of those whose light comes from the other side of the surface. Axes as those of `mueller`; the first
@@ -206,21 +205,19 @@ def _said(across: Any) -> bool:
     return bool(across)
 
 
-def polarizes(m: Reflectance) -> bool:
+def polarizes(m: Any) -> bool:
     """Whether more than the first element of `mueller` can differ from 0.
 
     Example
     >>> print(gn.Lambertian(0.5).polarizes, gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5)).polarizes)
     False True
     """
-    from .reflectance import Reflectance
-
     if m.sides == "both":
         return any(lobe.polarizes for back in (False, True) for _, lobe in m.turned(back).lobes())
-    return type(m).polarized is not Reflectance.polarized
+    return type(m).polarized is not CLASSES["Reflectance"].polarized
 
 
-def is_isotropic(m: Reflectance) -> bool:
+def is_isotropic(m: Any) -> bool:
     """Whether turning both directions about the normal changes nothing: f(theta_i, theta_o, phi_o - phi_i).
 
     Tested at 512 pairs of directions, to 1e-6 relative (Szeliski 2.82); with maps, at 512 in all, and at least at
@@ -235,7 +232,7 @@ def is_isotropic(m: Reflectance) -> bool:
     return all(_is_same_turned(m, u) for u in (pairs if maps else [pairs]))
 
 
-def _is_same_turned(m: Reflectance, u: np.ndarray) -> bool:
+def _is_same_turned(m: Any, u: np.ndarray) -> bool:
     """Whether f at pairs of directions, from uniform numbers (..., 4), is the same after both are turned."""
     z = float(len(hemispheres(m)))
     theta_i, theta_o = np.arccos(1.0 - z * u[..., 0]), np.arccos(1.0 - z * u[..., 3])
@@ -244,7 +241,7 @@ def _is_same_turned(m: Reflectance, u: np.ndarray) -> bool:
     return bool(np.allclose(f, f_turned, rtol=1e-6, atol=1e-9, equal_nan=True))
 
 
-def has_delta(m: Reflectance) -> bool:
+def has_delta(m: Any) -> bool:
     """Whether any lobe is a delta lobe.
 
     Example
@@ -254,7 +251,7 @@ def has_delta(m: Reflectance) -> bool:
     return any(lobe.is_delta for _, lobe in m.lobes())
 
 
-def disperses(m: Reflectance) -> bool:
+def disperses(m: Any) -> bool:
     """Whether light of each channel leaves in another direction: a delta lobe refracts by an index for each.
 
     Example
@@ -268,15 +265,13 @@ def disperses(m: Reflectance) -> bool:
     return bool(m._derived[disperses])
 
 
-def reflectances(m: Reflectance) -> dict[str, Reflectance]:
+def reflectances(m: Any) -> dict[str, Any]:
     """The reflectances that a reflectance is made of, by the names of its fields."""
-    from .reflectance import Reflectance
-
     parts = ((name, m.__dict__[name]) for name, field in m.fields.items() if isinstance(field, Part))
-    return {name: part for name, part in parts if isinstance(part, Reflectance)}
+    return {name: part for name, part in parts if isinstance(part, CLASSES["Reflectance"])}
 
 
-def breaches(m: Reflectance) -> dict[str, str]:
+def breaches(m: Any) -> dict[str, str]:
     """Laws of `gonio.check` that this, or a reflectance it is made of, does not obey, each with the reason.
 
     Example
@@ -288,10 +283,23 @@ def breaches(m: Reflectance) -> dict[str, str]:
     return {law: reason for laws in (*of_parts, m.breaks) for law, reason in laws.items()}
 
 
-def require_one_direction(m: Reflectance) -> None:
+def require_one_direction(m: Any) -> None:
     """Raises ParameterError where no direction serves all channels."""
     if disperses(m):
         raise ParameterError(
             f"sample: {m!r:.60} refracts each channel to another direction, and a sample has one for all; "
             f"take one wavelength: m.at(550.0), or one number for the index"
         )
+
+
+def reciprocal(number: Any) -> Any:
+    """1 over a number or an array that a reflectance is divided by."""
+    if ops.is_masked(number) or is_named(number):
+        return 1.0 / number
+    try:
+        with np.errstate(divide="ignore", over="ignore"):
+            return 1.0 / ops.numbers(number)
+    except MemoryError:
+        raise TooLargeError("a reflectance divided by an array that does not fit into memory") from None
+    except (TypeError, ValueError) as error:
+        raise ArrayTypeError(f"a reflectance divided by {shown(number)}: {error}") from None

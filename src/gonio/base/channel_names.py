@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,10 +20,7 @@ from ..formula.spectrum import Spectrum, as_wavelengths
 from ..formula.text import few, shown
 from . import textured
 
-if TYPE_CHECKING:
-    from .reflectance import Reflectance
-
-R = TypeVar("R", bound="Reflectance")
+R = TypeVar("R", bound=Parametrised)
 
 NEAREST = 25.0
 """How far [nm] the channel that is meant by a wavelength may be from it."""
@@ -32,7 +29,7 @@ NEAREST = 25.0
 # What everyone calls.
 
 
-def channels(m: Reflectance) -> int | None:
+def channels(m: Any) -> int | None:
     """The number of channels of f, which the parameters decide; None where f has no channel axis.
 
     Example
@@ -42,7 +39,7 @@ def channels(m: Reflectance) -> int | None:
     return batch.channels(m)
 
 
-def wavelengths(m: Reflectance) -> np.ndarray | None:
+def wavelengths(m: Any) -> np.ndarray | None:
     """The wavelengths [nm] of the channels, (C,); None for channels in RGB, with names in words, or none.
 
     They are declared by the constructor (`wavelengths=`), by `at`, or by `with_channels`; equality, `repr`, JSON
@@ -72,9 +69,8 @@ def with_channels(m: R, names: Iterable[str | float] | None) -> R:
     >>> (field + gn.Lambertian(0.01)).channel_names
     ('red', 'nir')
     """
-    if names is None:
-        return tree.with_notes(m, channel_names=None)
-    return named(m, names)
+    renamed: R = named(m, names)
+    return renamed
 
 
 def at(m: R, wavelengths: Any = None, uv: Any = None) -> R:
@@ -92,47 +88,48 @@ def at(m: R, wavelengths: Any = None, uv: Any = None) -> R:
     if uv is not None:
         placed: R = textured.at(m, uv)
         return placed if wavelengths is None else at(placed, wavelengths)
-    return with_axis(Parametrised.at(m, wavelengths), wavelengths)
+    there: R = with_axis(Parametrised.at(m, wavelengths), wavelengths)
+    return there
 
 
 # Methods of any value that take the names of a reflectance's channels into account.
 
 
-def of_constructor(m: R, **arguments: Any) -> R:
+def of_constructor(m: Any, **arguments: Any) -> Any:
     """See `Parametrised._declared`."""
     return with_wavelengths(m, arguments["wavelengths"])
 
 
-def interpolated(m: R, wavelengths: Any, known: np.ndarray | None) -> R:
+def interpolated(m: Any, wavelengths: Any, known: np.ndarray | None) -> Any:
     """See `Parametrised._at`."""
     nm = m.wavelengths
     new = Parametrised._at(m, wavelengths, known if nm is None else nm)
     return new if declared_wavelengths(m) is None else declared(new, wavelengths)
 
 
-def key(m: Reflectance) -> tuple[Any, ...]:
+def key(m: Any) -> tuple[Any, ...]:
     """See `Value._key`."""
     return (*Parametrised._key(m), ("wavelengths", declared_wavelengths(m)))
 
 
-def written(m: Reflectance) -> dict[str, Any]:
+def written(m: Any) -> dict[str, Any]:
     """See `Value._written`."""
     nm = declared_wavelengths(m)
     return Parametrised._written(m) | ({} if nm is None else {"wavelengths": nm})
 
 
-def to_json(m: Reflectance) -> dict[str, Any]:
+def to_json(m: Any) -> dict[str, Any]:
     return Parametrised.to_json(m) | names_in_json(m)
 
 
-def take_names(m: Reflectance, whole: Labels) -> None:
+def take_names(m: Any, whole: Labels) -> None:
     """See `Parametrised._name_channels`."""
     names = whole.channel_names
     if names is not None and m.channel_names is None and m.channels == len(names):
         m._hold(channel_names=checked(names, m))
 
 
-def replaced(m: R, grouped: dict[str, Any]) -> R:
+def replaced(m: Any, grouped: dict[str, Any]) -> Any:
     """See `Parametrised._replaced`."""
     new = Parametrised._replaced(m, grouped)
     names = m._given("channel_names")
@@ -141,12 +138,12 @@ def replaced(m: R, grouped: dict[str, Any]) -> R:
     return new
 
 
-def declared_wavelengths(m: Reflectance) -> np.ndarray | None:
+def declared_wavelengths(m: Any) -> np.ndarray | None:
     """The wavelengths that a material was given itself, beside those of its parts and of its formula."""
     return in_nanometres(m._given("channel_names"))
 
 
-def names_in_json(m: Reflectance) -> dict[str, Any]:
+def names_in_json(m: Any) -> dict[str, Any]:
     """The names of channels, or wavelengths, as JSON data."""
     names, nm = m._given("channel_names"), declared_wavelengths(m)
     if nm is not None:
@@ -157,7 +154,7 @@ def names_in_json(m: Reflectance) -> dict[str, Any]:
 # Names and wavelengths, checked and looked up.
 
 
-def checked(names: Any, m: Reflectance, call: str = "") -> tuple[str | float, ...]:
+def checked(names: Any, m: Any, call: str = "") -> tuple[str | float, ...]:
     """The names, or wavelengths [nm], as a material keeps them. Raises ParameterError where they do not fit it."""
     if isinstance(names, (str, bytes, Mapping)) or not isinstance(names, Iterable) or getattr(names, "ndim", 1) != 1:
         rule = "expected a list, of a name or a wavelength [nm] for each channel"
@@ -200,20 +197,22 @@ def differ(value: Any) -> bool:
     return not isinstance(value, np.ndarray) or bool((value != value[..., :1]).any())
 
 
-def known_to_formula(m: Reflectance) -> tuple[float, ...] | None:
+def known_to_formula(m: Any) -> tuple[float, ...] | None:
     """The wavelengths of channels that formulas of a material know, by a field `wavelength = wavelengths()`."""
     found = [x for _, field, x, _ in tree.walk(m) if isinstance(field, Wavelengths) and np.ndim(x)]
     return tuple(map(float, found[0])) if found else None
 
 
-def _told(m: R, wavelengths: Any, which: Callable[[Wavelengths], bool] = lambda field: True) -> R:
+def _told(m: Any, wavelengths: Any, which: Callable[[Wavelengths], bool] = lambda field: True) -> Any:
     """The material, whose formulas know these wavelengths where they ask for any."""
     paths = [path for path, field, _, _ in tree.walk(m) if isinstance(field, Wavelengths) and which(field)]
     return m._with_paths([(path, path, wavelengths) for path in paths]) if paths else m
 
 
-def named(m: R, names: Any) -> R:
-    """The material with these names of channels, or wavelengths."""
+def named(m: Any, names: Any) -> Any:
+    """The material with these names of channels, or wavelengths; without any for None."""
+    if names is None:
+        return tree.with_notes(m, channel_names=None)
     found = checked(names, m)
     asking = [field for _, field, _, _ in tree.walk(m) if isinstance(field, Wavelengths)]
     if isinstance(found[0], str) or not asking:
@@ -225,7 +224,7 @@ def named(m: R, names: Any) -> R:
     return tree.with_notes(_told(m, wavelengths, lambda field: field.default is not None), channel_names=found)
 
 
-def with_wavelengths(m: R, value: Any) -> R:
+def with_wavelengths(m: Any, value: Any) -> Any:
     """The material whose constructor was given `wavelengths`."""
     call = f"{type(m).__name__}(wavelengths={shown(value)})"
     wavelengths = as_wavelengths(call, value)
@@ -240,12 +239,12 @@ def with_wavelengths(m: R, value: Any) -> R:
     return new if known_to_formula(new) else declared(new, np.array(found))
 
 
-def declared(m: R, wavelengths: Any) -> R:
+def declared(m: Any, wavelengths: Any) -> Any:
     """The material with these wavelengths for names of its channels; without names for one wavelength."""
     return tree.with_notes(m, channel_names=tuple(map(float, wavelengths)) if np.ndim(wavelengths) else None)
 
 
-def with_axis(m: R, wavelengths: Any) -> R:
+def with_axis(m: Any, wavelengths: Any) -> Any:
     """A material at wavelengths, with a channel for each, also where it has the same numbers at all of them."""
     if np.ndim(wavelengths) == 0:
         return m
@@ -259,7 +258,7 @@ def with_axis(m: R, wavelengths: Any) -> R:
     return m if m.channels is None or m.channel_names is not None else declared(m, wavelengths)
 
 
-def places(m: Reflectance, wanted: Sequence[Any]) -> list[int]:
+def places(m: Any, wanted: Sequence[Any]) -> list[int]:
     """The numbers of the channels of these names, or nearest to these wavelengths [nm], counted from 0.
 
     Channels without names are called by their numbers. Raises NotFoundError for one that the material has not.
@@ -283,7 +282,7 @@ def _place(known: Sequence[Any], wanted: Any, named: bool) -> int:
     raise NotFoundError(f"{shown(wanted)}: no such channel{hint}; {what} {listed}{' nm' if number and named else ''}")
 
 
-def channel(m: Reflectance, c: int) -> str:
+def channel(m: Any, c: int) -> str:
     """Name of a channel: its wavelength, its word or its number."""
     names = m.channel_names
     if names is None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterator
 from functools import partial, reduce
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ..arrays import ops
 from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
@@ -20,9 +20,6 @@ from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, dot, select,
 from ..formula.mueller import Mueller
 from ..formula.sparse import is_zero
 from .sides import lit_sides
-
-if TYPE_CHECKING:
-    from .reflectance import Reflectance
 
 
 def _nan_of(*directions: Direction) -> Any:
@@ -34,14 +31,14 @@ def _nan_of(*directions: Direction) -> Any:
     return total - total  # not 0 * total, which Dr.Jit replaces by 0
 
 
-def with_holes(value: Any, m: Reflectance) -> Any:
+def with_holes(value: Any, m: Any) -> Any:
     """The value, NaN where a parameter is missing, for formulas do not use each parameter everywhere."""
     for number in tree.holed(m):
         value = value + (number - number)
     return value
 
 
-def from_viewer(wo: Direction, *materials: Reflectance) -> tuple[Any, ...]:
+def from_viewer(wo: Direction, *materials: Any) -> tuple[Any, ...]:
     """Where the viewer is behind the surface, and where hidden, at the horizon; wo as `turned_over` brings it above, or
     the normal; the materials as seen from there. What is black behind needs no turn: a viewer there is hidden too."""
     if materials[0].sides == "front":
@@ -64,7 +61,7 @@ def _height(side: str, wi: Direction) -> Any:
     return wi.z if side == "front" else -wi.z
 
 
-def _light(m: Reflectance, wi: Direction, hidden: Any) -> Iterator[tuple[str, Any, Direction]]:
+def _light(m: Any, wi: Direction, hidden: Any) -> Iterator[tuple[str, Any, Direction]]:
     """Each side that the material has lobes for, where it is dark there or hidden, and wi, or another direction where
     it is dark."""
     for side in lit_sides(m):
@@ -72,7 +69,7 @@ def _light(m: Reflectance, wi: Direction, hidden: Any) -> Iterator[tuple[str, An
         yield side, dark | hidden, select(dark, NORMAL if side == "front" else BEHIND, wi)
 
 
-def _spread(m: Reflectance, side: str) -> list[tuple[Any, Reflectance]]:
+def _spread(m: Any, side: str) -> list[tuple[Any, Any]]:
     """The lobes for light on this side, with their weights, but for delta lobes; the material if it is all that."""
     lobes = list(m.lobes())
     spread = [(weight, lobe) for weight, lobe in lobes if lobe.sides == side and not lobe.is_delta]
@@ -83,7 +80,7 @@ def _sum(terms: list[Any], none: Any) -> Any:
     return reduce(operator.add, terms) if terms else none
 
 
-def _over_light(m: Reflectance, wi: Direction, hidden: Any, terms: Callable[[str, Direction], list[Any]]) -> Any:
+def _over_light(m: Any, wi: Direction, hidden: Any, terms: Callable[[str, Direction], list[Any]]) -> Any:
     """The sum of the terms for the side that wi is on; 0 where that is hidden."""
     total: Any = None
     for side, unlit, safe in _light(m, wi, hidden):
@@ -92,18 +89,18 @@ def _over_light(m: Reflectance, wi: Direction, hidden: Any, terms: Callable[[str
     return 0.0 * wi.z if total is None else total
 
 
-def _f(m: Reflectance, wi: Direction, wo: Direction, hidden: Any) -> Any:
+def _f(m: Any, wi: Direction, wo: Direction, hidden: Any) -> Any:
     return _over_light(m, wi, hidden, lambda side, safe: [w * x.formula(safe, wo) for w, x in _spread(m, side)])
 
 
-def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
+def value(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     behind, hidden, wo_up, viewed = from_viewer(wo, m)
     f = _f(viewed, turned_over(behind, wi), wo_up, hidden)
     return (with_holes(f + _nan_of(wi, wo), m),)
 
 
-def _matrix(parts: list[tuple[Any, Mueller]], nan: Any, m: Reflectance) -> list[list[Any]]:
+def _matrix(parts: list[tuple[Any, Mueller]], nan: Any, m: Any) -> list[list[Any]]:
     """The elements of each matrix where it is not masked, else 0; those that are written 0 stay so, but for NaN."""
     nan = with_holes(nan, m)
     rows = [[nan] * 4 for _ in range(4)]
@@ -114,7 +111,7 @@ def _matrix(parts: list[tuple[Any, Mueller]], nan: Any, m: Reflectance) -> list[
     return rows
 
 
-def mueller(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
+def mueller(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     # Half a turn leaves the axes of both directions as they are, but for their signs, which change nothing.
     wi, wo = Direction(*wi), Direction(*wo)
     behind, hidden, wo_up, viewed = from_viewer(wo, m)
@@ -126,20 +123,20 @@ def mueller(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, .
     return (_matrix(parts, _nan_of(wi, wo), m),)
 
 
-def _mirrors(m: Reflectance, wo: Direction, side: str) -> tuple[Any, Direction, list[tuple[Any, Reflectance]]]:
+def _mirrors(m: Any, wo: Direction, side: str) -> tuple[Any, Direction, list[tuple[Any, Any]]]:
     """Where the viewer is hidden, wo above the surface, and the delta lobes for light on this side."""
     _, hidden, wo_up, viewed = from_viewer(wo, m)
     return hidden, wo_up, [(weight, lobe) for weight, lobe in viewed.lobes() if lobe.is_delta and lobe.sides == side]
 
 
-def delta(m: Reflectance, mean: Reflectance, wo: Any, side: str) -> tuple[Any, ...]:
+def delta(m: Any, mean: Any, wo: Any, side: str) -> tuple[Any, ...]:
     wo = Direction(*wo)
     hidden, wo_up, lobes = _mirrors(m, wo, side)
     share = _sum([weight * lobe.mirror(wo_up) for weight, lobe in lobes], 0.0 * wo_up.z)
     return (with_holes(ops.where(hidden, 0.0, share) + _nan_of(wo), m),)
 
 
-def delta_mueller(m: Reflectance, mean: Reflectance, wo: Any, side: str) -> tuple[Any, ...]:
+def delta_mueller(m: Any, mean: Any, wo: Any, side: str) -> tuple[Any, ...]:
     wo = Direction(*wo)
     hidden, wo_up, lobes = _mirrors(m, wo, side)
     total = _sum([lobe.polarized_mirror(wo_up) * weight for weight, lobe in lobes], Mueller.depolarizer(0.0))
@@ -154,9 +151,9 @@ def reradiation(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
 
 
-def together(m: Reflectance) -> list[list[tuple[Any, Reflectance]]]:
+def together(m: Any) -> list[list[tuple[Any, Any]]]:
     """The lobes with their weights, in groups: a lobe with the next one, where they share a draw."""
-    groups: list[list[tuple[Any, Reflectance]]] = [[]]
+    groups: list[list[tuple[Any, Any]]] = [[]]
     for weight, lobe in m.lobes():
         before = groups[-1][-1][1] if len(groups[-1]) == 1 else lobe
         if before._split and before.sides != lobe.sides:
@@ -166,7 +163,7 @@ def together(m: Reflectance) -> list[list[tuple[Any, Reflectance]]]:
     return groups[1:]
 
 
-def shares_of(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]:
+def shares_of(mean: Any, wo: Direction) -> list[tuple[Any, Any]]:
     """The lobes, each with the probability of being sampled; of those that share a draw the first one."""
     lobes = [group[0] for group in together(mean)]
     if len(lobes) == 1:
@@ -176,9 +173,7 @@ def shares_of(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]
     return [(estimate / total, lobe) for estimate, (_, lobe) in zip(estimates, lobes, strict=True)]
 
 
-def _density(
-    mean: Reflectance, shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction, hidden: Any
-) -> Any:
+def _density(mean: Any, shares: list[tuple[Any, Any]], wi: Direction, wo: Direction, hidden: Any) -> Any:
     """The density of draws from all lobes."""
     lobes = [
         (share, lobe, len(group) > 1)
@@ -194,7 +189,7 @@ def _density(
     return _over_light(mean, wi, hidden, terms)
 
 
-def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
+def pdf(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     behind, hidden, wo_up, viewed = from_viewer(wo, mean)
     density = _density(viewed, shares_of(viewed, wo_up), turned_over(behind, wi), wo_up, hidden)
@@ -229,14 +224,14 @@ class _Draw(NamedTuple):
         return _Draw(wi, height, *(ops.where(here, a, b) for a, b in rest))
 
 
-def _choice(lobe: Reflectance, factor: Any, chromatic: Reflectance, wo: Direction, u: tuple[Any, Any]) -> _Draw:
+def _choice(lobe: Any, factor: Any, chromatic: Any, wo: Direction, u: tuple[Any, Any]) -> _Draw:
     """What a lobe draws; `factor`: its weight over the probability of choosing it."""
     wi = lobe.mirrored(wo) if lobe.is_delta else lobe.warp(wo, *u)
     delta = (True, factor * chromatic.mirror(wo)) if lobe.is_delta else (False, 0.0)
     return _Draw(wi, _height(lobe.sides, wi), *delta)
 
 
-def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple[Any, ...]:
+def sample(m: Any, mean: Any, wo: Any, u: Any) -> tuple[Any, ...]:
     """Of two numbers both draw from the lobe that the first one falls to; a third number chooses it by itself."""
     wo, (u0, u1, *third) = Direction(*wo), u
     nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)

@@ -16,6 +16,7 @@ from ..declared.notebooks import repr_html, repr_png
 from ..errors import ArrayTypeError
 from ..formula import tree, warp
 from ..formula.direction import Direction, mirror
+from ..formula.fields import CLASSES
 from ..formula.mueller import Mueller
 from ..formula.parametrised import Parametrised
 from ..formula.state import inferred, known, note
@@ -27,7 +28,6 @@ from .sides import choose, unfit
 
 if TYPE_CHECKING:
     from ..numerics.quadrature import Integrals
-    from .sums import Scaled, Sum
 
 
 class Reflectance(Parametrised):
@@ -129,9 +129,10 @@ class Reflectance(Parametrised):
         about the y axis: wo is then above the surface again. Whatever is lit and seen in front only gives 0 there; a
         lobe across the surface is its own reverse, unless it says otherwise (an index becomes its inverse).
         """
-        from .sums import Scaled
-
-        return tree.unchecked(Scaled, weight=choose(back, 0.0, 1.0), of=self) if self.sides == "front" else self
+        if self.sides != "front":
+            return self
+        front: Reflectance = tree.unchecked(CLASSES["Scaled"], weight=choose(back, 0.0, 1.0), of=self)
+        return front
 
     # Polarization and fluorescence.
 
@@ -210,29 +211,27 @@ class Reflectance(Parametrised):
 
     # Sums, and products with weights: `sums.py`.
 
-    def __add__(self, other: Reflectance) -> Sum:
-        from .sums import sum_of
-
-        return sum_of([self, other]) if isinstance(other, Reflectance) else NotImplemented
+    def __add__(self, other: Any) -> Reflectance:
+        if not isinstance(other, Reflectance):
+            return NotImplemented
+        both: Reflectance = CLASSES["Sum"].joined([self, other])
+        return both
 
     def __radd__(self, other: Any) -> Reflectance:
         """`sum` begins with 0."""
         return self if isinstance(other, int) and other == 0 else NotImplemented
 
-    def __mul__(self, weight: Any) -> Scaled:
-        from .sums import Scaled
-
+    def __mul__(self, weight: Any) -> Reflectance:
         if isinstance(weight, Reflectance):
             raise ArrayTypeError("a reflectance times a reflectance; expected a number or an array of weights")
-        return Scaled(weight, self)
+        scaled: Reflectance = CLASSES["Scaled"](weight, self)
+        return scaled
 
     __rmul__ = __mul__
 
-    def __truediv__(self, number: Any) -> Scaled:
-        from .sums import reciprocal
-
-        scaled: Scaled = self * reciprocal(number)
-        return scaled
+    def __truediv__(self, number: Any) -> Reflectance:
+        quotient: Reflectance = self * calls.reciprocal(number)
+        return quotient
 
     __array_ufunc__ = None  # np.float64(0.4) * m is ours to compute
     __pandas_priority__ = 5000  # and so is Series * m, whose own is 3000

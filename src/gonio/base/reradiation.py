@@ -7,7 +7,7 @@ wavelength that leaves and once with those of the one that arrives.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -25,10 +25,7 @@ from ..formula.text import shown
 from . import kernels
 from .calls import reflectances
 
-if TYPE_CHECKING:
-    from .reflectance import Reflectance
-
-R = TypeVar("R", bound="Reflectance")
+R = TypeVar("R", bound=Parametrised)
 
 
 class _Pairs(Parametrised):
@@ -86,7 +83,7 @@ def _flat(between: Any) -> Any:
     return between if np.ndim(between) == 0 else between.reshape(*between.shape[:-2], -1)
 
 
-def fluoresces(m: Reflectance) -> bool:
+def fluoresces(m: Any) -> bool:
     """Whether light may leave at another wavelength than it arrived at; a model that does this says `True`.
 
     Example
@@ -96,7 +93,7 @@ def fluoresces(m: Reflectance) -> bool:
     return any(part.fluoresces for part in reflectances(m).values())
 
 
-def reradiation(m: Reflectance, wi: Any, wo: Any) -> Any:
+def reradiation(m: Any, wi: Any, wo: Any) -> Any:
     """The bispectral matrix F of light that leaves at wavelength o and arrived at i: L_o = sum_i F[o, i] E_i.
 
     E_i and L_o are irradiance and radiance of whole bands (on an even grid also their densities by wavelength). `f`
@@ -118,7 +115,7 @@ def reradiation(m: Reflectance, wi: Any, wo: Any) -> Any:
     return _matrix(m, wi, wo)
 
 
-def _matrix(m: Reflectance, wi: Any, wo: Any) -> Any:
+def _matrix(m: Any, wi: Any, wo: Any) -> Any:
     channels = m.channels
     if channels is None:
         raise ParameterError(
@@ -152,7 +149,7 @@ def require_wavelengths(m: Any) -> None:
             )
 
 
-def under(m: Reflectance, light: Any, seen: Any = None) -> Reflectance:
+def under(m: Any, light: Any, seen: Any = None) -> Any:
     """The ordinary material that looks the same under light of a spectrum E: f = sum_i F[o, i] E_i / E_o.
 
     It serves wherever a reflectance does, `gn.render` and `gn.albedo` among them. It may send back more light of a
@@ -186,19 +183,16 @@ def under(m: Reflectance, light: Any, seen: Any = None) -> Reflectance:
         )
     if seen is None and not m.fluoresces:
         return m
-    seen_as: Reflectance = CLASSES["UnderLight"](m, E, for_light)
-    return seen_as
+    return CLASSES["UnderLight"](m, E, for_light)
 
 
-def require_passed_on(m: Reflectance, channels: int | None = None) -> None:
+def require_passed_on(m: Any, channels: int | None = None) -> None:
     """Raises ParameterError where a part fluoresces, and the model around it does not say where that light goes, or
     the part does not fit this material's bands."""
-    from .reflectance import Reflectance
-
     channels = channels or m.channels or 1
     m._require_bands(channels)
     for inner in reflectances(m).values() if m.fluoresces else ():
-        if inner.fluoresces and type(m).reradiated is Reflectance.reradiated:
+        if inner.fluoresces and type(m).reradiated is CLASSES["Reflectance"].reradiated:
             raise ParameterError(
                 f"{type(m).__name__}: {inner!r:.60} in it fluoresces, and this model does not say where that "
                 f"light goes; expected it in a sum, a product, Rotated or Coated, or a model with reradiated"
@@ -206,7 +200,7 @@ def require_passed_on(m: Reflectance, channels: int | None = None) -> None:
         require_passed_on(inner, channels)
 
 
-def require_bands(m: Reflectance, channels: int) -> None:
+def require_bands(m: Any, channels: int) -> None:
     """Raises ParameterError where numbers of a model do not fit so many bands; overridden where they may not."""
 
 

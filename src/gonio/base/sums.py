@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import ops
-from ..arrays.labels import is_named
-from ..errors import ArrayTypeError, ParameterError, TooLargeError, shown
+from ..errors import ParameterError, shown
 from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import param, part
@@ -52,9 +50,9 @@ class Scaled(Reflectance):
         names: tuple[Any, ...] | None = self.of.channel_names
         return names
 
-    def __mul__(self, weight: Any) -> Scaled:
+    def __mul__(self, weight: Any) -> Reflectance:
         """The product of both weights times `of`; nested where the product is no weight or of another shape."""
-        nested = super().__mul__(weight)
+        nested: Any = super().__mul__(weight)
         factors = [np.asarray(x) for x in (nested.weight, self.weight) if isinstance(x, (float, np.ndarray))]
         if len(factors) < 2 or len({x.shape for x in factors} - {()}) > 1:
             return nested
@@ -130,6 +128,12 @@ class Sum(Reflectance):
             raise ParameterError(f"Sum: terms have channels {several}; expected the same names or wavelengths")
         self._take({"wavelengths": wavelengths})
         self.validate()
+
+    @classmethod
+    def joined(cls, materials: Iterable[Reflectance]) -> Sum:
+        """The sum of materials, with the terms of sums in place of these."""
+        flat = [m.terms if isinstance(m, Sum) and m._given("channel_names") is None else (m,) for m in materials]
+        return cls(*(term for terms in flat for term in terms))
 
     def validate(self) -> None:
         refuse_two_indices(self)
@@ -212,26 +216,6 @@ class Sum(Reflectance):
 
     def to_json(self) -> dict[str, Any]:
         return {"type": "Sum", "terms": [t.to_json() for t in self.terms], **names_in_json(self)}
-
-
-def sum_of(materials: Iterable[Reflectance]) -> Sum:
-    """Their sum, with the terms of sums in place of these."""
-    flat = [m.terms if isinstance(m, Sum) and m._given("channel_names") is None else (m,) for m in materials]
-    terms = [t for several in flat for t in several]
-    return Sum(*terms)
-
-
-def reciprocal(number: Any) -> Any:
-    """1 over a number or an array that a reflectance is divided by."""
-    if ops.is_masked(number) or is_named(number):
-        return 1.0 / number
-    try:
-        with np.errstate(divide="ignore", over="ignore"):
-            return 1.0 / ops.numbers(number)
-    except MemoryError:
-        raise TooLargeError("a reflectance divided by an array that does not fit into memory") from None
-    except (TypeError, ValueError) as error:
-        raise ArrayTypeError(f"a reflectance divided by {shown(number)}: {error}") from None
 
 
 def weighed(parts: Iterable[tuple[Any, Reflectance]]) -> Sum:

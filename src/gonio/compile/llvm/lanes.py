@@ -1,4 +1,4 @@
-"""Instructions on vectors of numbers, and their addresses, as LLVM IR: parts of kernels and elementary functions."""
+"""Instructions on vectors of numbers and their addresses, as LLVM IR: parts of kernels and elementary functions."""
 
 from __future__ import annotations
 
