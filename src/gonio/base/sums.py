@@ -52,8 +52,10 @@ class Scaled(Reflectance):
 
     def __mul__(self, weight: Any) -> Reflectance:
         """The product of both weights times `of`; nested where the product is no weight or of another shape."""
-        nested: Any = super().__mul__(weight)
-        factors = [np.asarray(x) for x in (nested.weight, self.weight) if isinstance(x, (float, np.ndarray))]
+        nested = super().__mul__(weight)
+        factors = [
+            np.asarray(x) for x in (nested.__dict__["weight"], self.weight) if isinstance(x, (float, np.ndarray))
+        ]
         if len(factors) < 2 or len({x.shape for x in factors} - {()}) > 1:
             return nested
         if self._given("channel_names") is not None or nested._labels is not None:

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from ..arrays import frozen, labels
 from ..arrays.labels import Labels
 from ..errors import ParameterError
 from . import tree
 from .fields import Param, Part
+from .value import Value
 
-if TYPE_CHECKING:
-    from .parametrised import Parametrised
-
-P = TypeVar("P", bound="Parametrised")
+V = TypeVar("V", bound=Value)
 
 
-def lay(m: Parametrised, named: dict[str, Labels]) -> None:
+def lay(m: Any, named: dict[str, Labels]) -> None:
     """Give all maps of a value that is made, those of parts too, the same axes, where any of them have names.
 
     `named`: parameters, with their axes.
@@ -40,7 +38,7 @@ def lay(m: Parametrised, named: dict[str, Labels]) -> None:
     m._name_channels(whole)
 
 
-def _laid(m: P, whole: Labels, of: Labels) -> P:
+def _laid(m: V, whole: Labels, of: Labels) -> V:
     """A copy whose maps have the axes of a whole that this is a part of; their own are `of`."""
     changes: dict[str, Any] = {}
     for name, field in m.fields.items():
@@ -55,7 +53,7 @@ def _laid(m: P, whole: Labels, of: Labels) -> P:
     return new
 
 
-def unlabelled(m: P) -> P:
+def unlabelled(m: V) -> V:
     """The same without names of axes, for computations on plain arrays."""
     if m._labels is None:
         return m
