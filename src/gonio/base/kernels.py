@@ -152,9 +152,9 @@ def reradiation(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
 
 
-def together(m: Hooks) -> list[list[tuple[Any, Hooks]]]:
+def together(m: Hooks) -> list[list[tuple[Any, Any]]]:
     """The lobes with their weights, in groups: a lobe with the next one, where they share a draw."""
-    groups: list[list[tuple[Any, Hooks]]] = [[]]
+    groups: list[list[tuple[Any, Any]]] = [[]]
     for weight, lobe in m.lobes():
         before = groups[-1][-1][1] if len(groups[-1]) == 1 else lobe
         if before.split and before.sides != lobe.sides:
