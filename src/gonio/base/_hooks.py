@@ -103,8 +103,8 @@ class Hooks(Parametrised):
 
     @property
     def split(self) -> bool:
-        """Whether this lobe and the next one, for light on the other side, share what is drawn: a facet that reflects or
-        refracts, for example.
+        """Whether this lobe and the next one, for light on the other side, share what is drawn, such as a facet that
+        reflects or refracts.
 
         `warp` of both then starts from the same draw, `chance` says which of them it goes to, and `estimate` of this
         one is that of both.
