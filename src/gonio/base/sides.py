@@ -18,17 +18,6 @@ def sides_of(parts: Iterable[Hooks]) -> str:
     return each.pop() if len(each) == 1 else "both"
 
 
-def hemispheres(m: Hooks) -> tuple[float, ...]:
-    """The signs of z where light and viewer may be: above the surface, and below it of what is not of one side."""
-    return (1.0,) if m.sides == "front" else (1.0, -1.0)
-
-
-def refuse_transmission(m: Hooks, message: str) -> None:
-    """Raises ParameterError with this message for what is not lit and seen in front alone."""
-    if m.sides != "front":
-        raise ParameterError(message)
-
-
 def is_lit(m: Hooks, z: Any) -> Any:
     """Whether light, or a viewer, so high above the surface can count; below it for what is not of one side."""
     return z > 0.0 if m.sides == "front" else z > -2.0
@@ -42,6 +31,17 @@ def lit_sides(m: Hooks) -> tuple[str, ...]:
 def sign_of_light(lobe: Hooks) -> float:
     """The sign of z for the light of a lobe, where the viewer is above the surface."""
     return -1.0 if lobe.sides == "across" else 1.0
+
+
+def hemispheres(m: Hooks) -> tuple[float, ...]:
+    """The signs of z where light and viewer may be: above the surface, and below it of what is not of one side."""
+    return (1.0,) if m.sides == "front" else (1.0, -1.0)
+
+
+def refuse_transmission(m: Hooks, message: str) -> None:
+    """Raises ParameterError with this message for what is not lit and seen in front alone."""
+    if m.sides != "front":
+        raise ParameterError(message)
 
 
 def choose(back: Any, behind: Any, before: Any) -> Any:
