@@ -15,7 +15,6 @@ import numpy as np
 from ..formula import warp
 from ..formula.direction import Direction, mirror
 from ..formula.distribution import Spread
-from ..formula.fields import Part
 from ..formula.mueller import Mueller
 from ..formula.parametrised import Parametrised
 
@@ -75,11 +74,11 @@ class Hooks(Parametrised):
         """
         return "front"
 
-    def _unfit(self, place: Part) -> str:
-        if place.sides == "any" or self.sides == "front":
+    @property
+    def _lit_behind(self) -> str:  # type: ignore[override]  # of other values it is of the class
+        if self.sides == "front":
             return ""
-        rule = f"it transmits light; expected a reflectance lit and seen in front only ({place.doc})"
-        return f"{rule}; gn.TwoSided, gn.Sheet and sums take those that transmit"
+        return "it transmits light; expected a reflectance lit and seen in front only"
 
     @property
     def index(self) -> Any:

@@ -56,6 +56,8 @@ class Parametrised(Made):
     _reflects: ClassVar[str] = "gn.Lambertian(0.5)"
     """What messages advise to write where it is given for a reflectance; {} stands for it."""
     _has_text: ClassVar[bool] = True
+    _lit_behind: ClassVar[str] = ""
+    """Why it cannot be what is lit and seen in front only; nothing where it can."""
 
     def __init_subclass__(
         cls,
@@ -102,10 +104,6 @@ class Parametrised(Made):
             for path, field, value, _ in tree.numbers(self)
             if isinstance(field, Param)
         }
-
-    def _unfit(self, place: Part) -> str:
-        """Why this cannot be that part of another value, or nothing."""
-        return ""
 
     def _meant(self, name: str) -> str:
         for path, field, _, _ in tree.walk(self):
