@@ -24,7 +24,7 @@ from . import calls, reradiation
 from . import channel_names as names
 from .advice import instead
 from .results import NO_HINTS, Hints
-from .sides import choose, unfit
+from .sides import choose, lit_behind
 
 if TYPE_CHECKING:
     from ..numerics.quadrature import Integrals
@@ -154,8 +154,8 @@ class Reflectance(Parametrised):
 
     @property
     def _split(self) -> bool:
-        """Whether this lobe and the next one share what is drawn, such as a facet that reflects or refracts: `warp` of
-        both starts from the same draw, and `estimate` of this one is that of both."""
+        """Whether this lobe and the next one, for light on the other side, share what is drawn: `warp` of both starts
+        from the same draw, and `estimate` of this one is that of both."""
         return False
 
     def _chance(self, wi: Direction, wo: Direction) -> Any:
@@ -172,7 +172,7 @@ class Reflectance(Parametrised):
         """Whether what is re-radiated is as that of a Lambertian surface, from and to all directions alike."""
         return False
 
-    _unfit, _without_slopes = unfit, calls.without_slopes
+    _lit_behind, _without_slopes = property(lit_behind), calls.without_slopes
     _with_rounds, _require_bands = reradiation.with_rounds, reradiation.require_bands
 
     def _collected(self, w: Any, incident: bool, goal: float, each: Callable[[Any, float], Integrals]) -> Any:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arrays import ops
 from ..errors import REFUSALS, ParameterError, shown
-
-if TYPE_CHECKING:
-    from ..formula.fields import Part
 
 
 def sides_of(parts: Iterable[Any]) -> str:
@@ -58,12 +55,9 @@ def sign_of_light(lobe: Any) -> float:
     return -1.0 if lobe.sides == "across" else 1.0
 
 
-def unfit(m: Any, place: Part) -> str:
-    """Why a reflectance does not fit into a part of another one; "" where it does."""
-    if place.sides == "any" or m.sides == "front":
-        return ""
-    rule = f"it transmits light; expected a reflectance lit and seen in front only ({place.doc})"
-    return f"{rule}; gn.TwoSided, gn.Sheet and sums take those that transmit"
+def lit_behind(m: Any) -> str:
+    """Why a material cannot be what is lit and seen in front only; nothing where it can."""
+    return "" if m.sides == "front" else "it transmits light; expected a reflectance lit and seen in front only"
 
 
 def choose(back: Any, behind: Any, before: Any) -> Any:

@@ -241,7 +241,8 @@ def lobes_on(m: Reflectance, sides: str, back: bool = False) -> Reflectance:
 
 def lets_through(m: Reflectance) -> bool:
     """Whether light goes through a material."""
-    return any(True for back in (False, True) for _ in lobes_on(m, "across", back).lobes())
+    seen = (m.turned(back).lobes() for back in (False, True) if m.sides != "front")
+    return any(lobe.sides == "across" for lobes in seen for _, lobe in lobes)
 
 
 def drawn_apart(m: Reflectance) -> Iterable[tuple[Any, Reflectance]]:

@@ -63,6 +63,8 @@ class Parametrised(Value):
 
     _costs: ClassVar[int] = 0
     """The cost of the formulas of this class beside their parts, in simple formulas."""
+    _lit_behind: ClassVar[Any] = ""
+    """Why it cannot be what is lit and seen in front only; nothing where it can."""
 
     def __init_subclass__(
         cls,
@@ -227,10 +229,6 @@ class Parametrised(Value):
             for path, field, value, _ in tree.numbers(self)
             if isinstance(field, Param)
         }
-
-    def _unfit(self, place: Part) -> str:
-        """Why this cannot be that part of another value, or nothing."""
-        return ""
 
     def _meant(self, name: str) -> str:
         for path, field, _, _ in tree.walk(self):
