@@ -43,12 +43,12 @@ def from_viewer(wo: Direction, *materials: Any) -> tuple[Any, ...]:
     the normal; the materials as seen from there. What is black behind needs no turn: a viewer there is hidden too."""
     if materials[0].sides == "front":
         hidden = wo.z <= HORIZON
-        return False, hidden, select(hidden, NORMAL, wo), *materials
+        return False, hidden, wo, *materials
     behind = wo.z < 0.0
     up = turned_over(behind, wo)
     hidden = up.z <= HORIZON
     back = ops.where(behind, 1.0 + 0.0 * wo.z, 0.0 * wo.z)
-    return behind, hidden, select(hidden, NORMAL, up), *(m.turned(back) for m in materials)
+    return behind, hidden, up, *(m.turned(back) for m in materials)
 
 
 def turned_over(behind: Any, w: Direction) -> Direction:
@@ -61,12 +61,15 @@ def _height(side: str, wi: Direction) -> Any:
     return wi.z if side == "front" else -wi.z
 
 
-def _light(m: Any, wi: Direction, hidden: Any) -> Iterator[tuple[str, Any, Direction]]:
-    """Each side that the material has lobes for, where it is dark there or hidden, and wi, or another direction where
-    it is dark."""
-    for side in lit_sides(m):
-        dark = _height(side, wi) <= HORIZON
-        yield side, dark | hidden, select(dark, NORMAL if side == "front" else BEHIND, wi)
+def _light(m: Any, wi: Direction, hidden: Any) -> Iterator[tuple[str, Any, Any, Direction]]:
+    """Each side that the material has lobes for; where it is dark there or hidden; where another direction may stand in
+    for that of the viewer, which is as much where no other side is lit; and wi, with one in its place likewise."""
+    sides = lit_sides(m)
+    for side in sides:
+        dark, there = _height(side, wi) <= HORIZON, NORMAL if side == "front" else BEHIND
+        unlit = dark | hidden
+        of_light, of_viewer = (unlit, unlit) if len(sides) == 1 else (dark, hidden)
+        yield side, unlit, of_viewer, select(of_light, there, wi)
 
 
 def _spread(m: Any, side: str) -> list[tuple[Any, Any]]:
@@ -80,23 +83,28 @@ def _sum(terms: list[Any], none: Any) -> Any:
     return reduce(operator.add, terms) if terms else none
 
 
-def _over_light(m: Any, wi: Direction, hidden: Any, terms: Callable[[str, Direction], list[Any]]) -> Any:
+def _over_light(m: Any, wi: Direction, hidden: Any, terms: Callable[[str, Any, Direction], list[Any]]) -> Any:
     """The sum of the terms for the side that wi is on; 0 where that is hidden."""
     total: Any = None
-    for side, unlit, safe in _light(m, wi, hidden):
-        if several := terms(side, safe):
+    for side, unlit, unseen, safe in _light(m, wi, hidden):
+        if several := terms(side, unseen, safe):
             total = ops.where(unlit, 0.0 if total is None else total, _sum(several, 0.0))
     return 0.0 * wi.z if total is None else total
 
 
-def _f(m: Any, wi: Direction, wo: Direction, hidden: Any) -> Any:
-    return _over_light(m, wi, hidden, lambda side, safe: [w * x.formula(safe, wo) for w, x in _spread(m, side)])
+def _f(m: Any, wi: Direction, hidden: Any, viewer: Callable[[Any], Direction]) -> Any:
+    """f of all lobes; `viewer`: wo, or another direction where it may be replaced."""
+
+    def terms(side: str, unseen: Any, safe: Direction) -> list[Any]:
+        return [weight * lobe.formula(safe, viewer(unseen)) for weight, lobe in _spread(m, side)]
+
+    return _over_light(m, wi, hidden, terms)
 
 
 def value(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
-    behind, hidden, wo_up, viewed = from_viewer(wo, m)
-    f = _f(viewed, turned_over(behind, wi), wo_up, hidden)
+    behind, hidden, up, viewed = from_viewer(wo, m)
+    f = _f(viewed, turned_over(behind, wi), hidden, lambda unseen: select(unseen, NORMAL, up))
     return (with_holes(f + _nan_of(wi, wo), m),)
 
 
@@ -114,18 +122,19 @@ def _matrix(parts: list[tuple[Any, Mueller]], nan: Any, m: Any) -> list[list[Any
 def mueller(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     # Half a turn leaves the axes of both directions as they are, but for their signs, which change nothing.
     wi, wo = Direction(*wi), Direction(*wo)
-    behind, hidden, wo_up, viewed = from_viewer(wo, m)
+    behind, hidden, up, viewed = from_viewer(wo, m)
     parts = []
-    for side, unlit, safe in _light(viewed, turned_over(behind, wi), hidden):
+    for side, unlit, unseen, safe in _light(viewed, turned_over(behind, wi), hidden):
         lobes = [(1.0, viewed)] if viewed.sides == "front" else _spread(viewed, side)
-        matrices = [lobe.polarized(safe, wo_up) * weight for weight, lobe in lobes]
+        matrices = [lobe.polarized(safe, select(unseen, NORMAL, up)) * weight for weight, lobe in lobes]
         parts.append((unlit, _sum(matrices, Mueller.depolarizer(0.0))))
     return (_matrix(parts, _nan_of(wi, wo), m),)
 
 
 def _mirrors(m: Any, wo: Direction, side: str) -> tuple[Any, Direction, list[tuple[Any, Any]]]:
     """Where the viewer is hidden, wo above the surface, and the delta lobes for light on this side."""
-    _, hidden, wo_up, viewed = from_viewer(wo, m)
+    _, hidden, up, viewed = from_viewer(wo, m)
+    wo_up = select(hidden, NORMAL, up)
     return hidden, wo_up, [(weight, lobe) for weight, lobe in viewed.lobes() if lobe.is_delta and lobe.sides == side]
 
 
@@ -182,7 +191,7 @@ def _density(mean: Any, shares: list[tuple[Any, Any]], wi: Direction, wo: Direct
         if not lobe.is_delta
     ]
 
-    def terms(side: str, safe: Direction) -> list[Any]:
+    def terms(side: str, unseen: Any, safe: Direction) -> list[Any]:
         densities = [(share * x.density(safe, wo), x, split) for share, x, split in lobes if x.sides == side]
         return [x._chance(safe, wo) * density if split else density for density, x, split in densities]
 
@@ -191,7 +200,8 @@ def _density(mean: Any, shares: list[tuple[Any, Any]], wi: Direction, wo: Direct
 
 def pdf(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
-    behind, hidden, wo_up, viewed = from_viewer(wo, mean)
+    behind, hidden, up, viewed = from_viewer(wo, mean)
+    wo_up = select(hidden, NORMAL, up)
     density = _density(viewed, shares_of(viewed, wo_up), turned_over(behind, wi), wo_up, hidden)
     return (with_holes(density + _nan_of(wi, wo), mean),)
 
@@ -237,7 +247,8 @@ def sample(m: Any, mean: Any, wo: Any, u: Any) -> tuple[Any, ...]:
     nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
     for u2 in third:
         nan = nan + (u2 - u2)
-    behind, hidden, wo_up, m, mean = from_viewer(wo, m, mean)
+    behind, hidden, up, m, mean = from_viewer(wo, m, mean)
+    wo_up = select(hidden, NORMAL, up)
     shares, start = shares_of(mean, wo_up), 0.0
     aside, u1 = third_of(u0, u1), ops.where(u1 >= 1.0, _BELOW_ONE, u1)
     chooser = third[0] if third else u0
@@ -258,7 +269,7 @@ def sample(m: Any, mean: Any, wo: Any, u: Any) -> tuple[Any, ...]:
     lost = (height <= HORIZON) | hidden
     pdf = ops.where(lost, 0.0, _density(mean, shares, wi, wo_up, hidden))
     useless = ~((pdf > 0.0) & (pdf < float("inf")))
-    weight = ops.where(useless, 0.0, _f(m, wi, wo_up, hidden) * height / ops.where(useless, 1.0, pdf))
+    weight = ops.where(useless, 0.0, _f(m, wi, hidden, lambda _: wo_up) * height / ops.where(useless, 1.0, pdf))
     delta = ~lost & mirrored
     if mirrored is not False:
         weight, pdf = ops.where(delta, weight_of_delta, weight), ops.where(delta, 1.0, pdf)

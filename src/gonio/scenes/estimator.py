@@ -21,7 +21,7 @@ from ..base.sides import is_lit
 from ..base.sums import weighed
 from ..base.textured import placed
 from ..evaluate.computation import Computation
-from ..formula.direction import Direction, cross, dot, select
+from ..formula.direction import NORMAL, Direction, cross, dot, select
 from ._bodies import Solid
 from .camera import MARGIN as MARGIN
 from .hit import Hit
@@ -232,7 +232,8 @@ def _spread(m: Reflectance) -> Reflectance:
 
 def _mirrored(m: Reflectance, wo: Direction) -> list[tuple[Any, Direction]]:
     """The delta lobes: the share of the light that each sends to wo, and where that comes from."""
-    behind, hidden, up, seen = kernels.from_viewer(wo, m)
+    behind, hidden, above, seen = kernels.from_viewer(wo, m)
+    up = select(hidden, NORMAL, above)
     return [
         (ops.where(hidden, 0.0, weight * lobe.mirror(up)), kernels.turned_over(behind, lobe.mirrored(up)))
         for weight, lobe in seen.lobes()
