@@ -182,16 +182,13 @@ def shares_of(mean: Any, wo: Direction) -> list[tuple[Any, Any]]:
     return [(estimate / total, lobe) for estimate, (_, lobe) in zip(estimates, lobes, strict=True)]
 
 
-def _density(mean: Any, shares: list[tuple[Any, Any]], wi: Direction, wo: Direction, hidden: Any) -> Any:
-    """The density of draws from all lobes."""
-    lobes = [
-        (share, lobe, len(group) > 1)
-        for (share, _), group in zip(shares, together(mean), strict=True)
-        for _, lobe in group
-        if not lobe.is_delta
-    ]
+def _density(mean: Any, wi: Direction, hidden: Any, viewer: Callable[[Any], Direction]) -> Any:
+    """The density of draws from all lobes; `viewer` as for `_f`."""
 
     def terms(side: str, unseen: Any, safe: Direction) -> list[Any]:
+        wo = viewer(unseen)
+        shares = zip(shares_of(mean, wo), together(mean), strict=True)
+        lobes = [(share, x, len(group) > 1) for (share, _), group in shares for _, x in group if not x.is_delta]
         densities = [(share * x.density(safe, wo), x, split) for share, x, split in lobes if x.sides == side]
         return [x._chance(safe, wo) * density if split else density for density, x, split in densities]
 
@@ -201,8 +198,7 @@ def _density(mean: Any, shares: list[tuple[Any, Any]], wi: Direction, wo: Direct
 def pdf(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     behind, hidden, up, viewed = from_viewer(wo, mean)
-    wo_up = select(hidden, NORMAL, up)
-    density = _density(viewed, shares_of(viewed, wo_up), turned_over(behind, wi), wo_up, hidden)
+    density = _density(viewed, turned_over(behind, wi), hidden, lambda unseen: select(unseen, NORMAL, up))
     return (with_holes(density + _nan_of(wi, wo), mean),)
 
 
@@ -267,7 +263,7 @@ def sample(m: Any, mean: Any, wo: Any, u: Any) -> tuple[Any, ...]:
         start = start + share
     wi, height, mirrored, weight_of_delta = draw
     lost = (height <= HORIZON) | hidden
-    pdf = ops.where(lost, 0.0, _density(mean, shares, wi, wo_up, hidden))
+    pdf = ops.where(lost, 0.0, _density(mean, wi, hidden, lambda _: wo_up))
     useless = ~((pdf > 0.0) & (pdf < float("inf")))
     weight = ops.where(useless, 0.0, _f(m, wi, hidden, lambda _: wo_up) * height / ops.where(useless, 1.0, pdf))
     delta = ~lost & mirrored
