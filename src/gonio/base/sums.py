@@ -12,7 +12,7 @@ from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import param, part
 from ..formula.mueller import Mueller
-from ..formula.state import inferred
+from ..formula.state import derived, inferred
 from ..formula.text import literal
 from .channel_names import declared_wavelengths, names_in_json
 from .reflectance import Reflectance
@@ -140,7 +140,7 @@ class Sum(Reflectance):
     def validate(self) -> None:
         refuse_two_indices(self)
 
-    @property
+    @derived
     def sides(self) -> str:
         return sides_of(self.terms)
 
