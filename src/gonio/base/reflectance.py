@@ -211,7 +211,7 @@ class Reflectance(Parametrised):
 
     # Sums, and products with weights: `sums.py`.
 
-    def __add__(self, other: Any) -> Reflectance:
+    def __add__(self, other: Reflectance) -> Reflectance:
         if not isinstance(other, Reflectance):
             return NotImplemented
         both: Reflectance = CLASSES["Sum"].joined([self, other])
