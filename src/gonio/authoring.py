@@ -25,6 +25,7 @@ from .base.light import FAR as FAR
 from .base.light import Light as Light
 from .base.measured import Measured as Measured
 from .base.reflectance import Reflectance as Reflectance
+from .base.results import Hints as Hints
 from .errors import FormatError as FormatError
 from .errors import ParameterError as ParameterError
 from .errors import ShapeError as ShapeError

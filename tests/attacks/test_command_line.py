@@ -84,7 +84,7 @@ def test_streams_that_are_closed_full_or_broken(line, code, says, tmp_path):
 def test_no_file_gets_the_number_of_a_closed_stream(tmp_path):
     """With all streams closed a file that is written is not where messages go. (D18)"""
     code = (
-        "import os; from gonio.cli.terminal import streams\n"
+        "import os; from gonio.cli.group import streams\n"
         "try: streams()\n"
         "except SystemExit: pass\n"
         "os._exit(os.open(os.devnull, os.O_RDONLY) < 3)"

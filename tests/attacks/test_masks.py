@@ -10,7 +10,7 @@ import pytest
 
 import gonio as gn
 from gonio.arrays import ops
-from gonio.base.reflectance import Scaled
+from gonio.base.sums import Scaled
 from gonio.errors import ArrayTypeError, Error, ParameterError
 
 WI, WO = gn.direction([0.2, 0.7, 1.2], [0.0, 1.0, 3.0]), gn.direction([0.9, 0.3, 0.6], [3.0, 4.0, 0.1])

@@ -575,7 +575,7 @@ OTHER_WRITERS = (
     "compile/cache_folder.py",
     "formats/_reading/hdf_probe.py",
     "formats/_reading/pipes.py",
-    "cli/terminal.py",
+    "cli/group.py",
     "explorer/process.py",
     "explorer/uploads.py",
     "explorer/worker.py",

@@ -14,7 +14,7 @@ from libraries import switch_off
 from sweeps import every
 
 import gonio as gn
-from gonio.base.reflectance import Scaled, Sum
+from gonio.base.sums import Scaled, Sum
 from gonio.catalogue.typed import with_parameters
 from gonio.errors import ExpressionError, FormatError, NotFoundError, ParameterError
 from gonio.evaluate import whole

@@ -17,7 +17,7 @@ from sweeps import each_draw, every
 
 import gonio as gn
 from gonio.base.light import Light
-from gonio.base.reflectance import Scaled, Sum
+from gonio.base.sums import Scaled, Sum
 from gonio.catalogue.expressions import expression, read
 from gonio.declared import discover
 from gonio.errors import ArrayTypeError, Error, FormatError, NotFoundError, ParameterError, ShapeError

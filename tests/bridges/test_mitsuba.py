@@ -11,7 +11,8 @@ from libraries import colour_science
 from materials import MODELS, Draw
 
 import gonio as gn
-from gonio.base.reflectance import Sum
+from gonio.base.calls import disperses
+from gonio.base.sums import Sum
 from gonio.errors import DependencyError, NotFoundError, ParameterError
 
 pytestmark = pytest.mark.slow_because("Mitsuba compiles each BSDF anew")
@@ -74,7 +75,7 @@ def bridged(m):
 
 
 def ordinary(m) -> bool:
-    return not (m.fluoresces or m.disperses)
+    return not (m.fluoresces or disperses(m))
 
 
 def in_layouts():

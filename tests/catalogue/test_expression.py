@@ -8,7 +8,8 @@ from materials import most
 from sweeps import every
 
 import gonio as gn
-from gonio.base.reflectance import Reflectance, Sum
+from gonio.base.reflectance import Reflectance
+from gonio.base.sums import Sum
 from gonio.catalogue.expressions import MAX_LENGTH, expression, names, read
 from gonio.catalogue.typed import with_parameters
 from gonio.cli.arguments import resolve, resolve_light

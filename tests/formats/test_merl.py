@@ -527,7 +527,7 @@ def test_density_is_the_inverse_of_the_jacobian(jax_double, measured):
     """pdf |dw/du| = 1 for both ways that the map takes, at random places inside rings."""
     jnp = jax_double.numpy
     wo, u = directions(200, 51, 0.2), np.random.default_rng(50).random((200, 2))
-    seam = measured.seam
+    seam = measured.hints.seam
     assert 0.1 < seam < 0.9
 
     def drawn(wo, u):

@@ -47,9 +47,11 @@ def test_attacks_are_near_to_what_they_name():
     assert used(text) == {"files", "compile", "distributions"}
 
 
-def test_graphs_select_nearly_all():
+def test_operations_and_graphs_select_nearly_all():
     below = {f"tests/{room}/" for room in ("machine", "declared", "files", "numerics", "radiometry", "pictures")}
-    assert selected("src/gonio/trace/graph.py") >= FOLDERS - below
+    assert selected("src/gonio/arrays/ops.py") >= FOLDERS - below
+    formulas = {f"tests/{room}/" for room in ("arrays", "formula", "surfaces", "distributions")}
+    assert selected("src/gonio/trace/graph.py") >= FOLDERS - below - formulas
 
 
 def test_modules_beside_the_rooms_select_what_imports_them():

@@ -25,9 +25,9 @@ from sweeps import every
 
 import gonio as gn
 from gonio import authoring
-from gonio.base._hooks import Hooks
 from gonio.base.light import Light
-from gonio.base.reflectance import Scaled, Sum
+from gonio.base.reflectance import Reflectance
+from gonio.base.sums import Scaled, Sum
 from gonio.declared import discover
 from gonio.declared.contents import WIDTH
 from gonio.declared.namespace import namespaces
@@ -37,6 +37,7 @@ from gonio.formula.fields import CLASSES, Option, Param, param
 from gonio.formula.json_form import from_json, names
 from gonio.formula.maskings import MASKINGS
 from gonio.formula.parametrised import Parametrised
+from gonio.formula.value import Value
 
 LIGHTS = public(Light, discover.modules("gonio.lights"))
 KINDS = [k for k in (*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Scaled) if takes_fields(k)]
@@ -286,11 +287,12 @@ def test_authoring_holds_what_contents_import():
 
 CALLED = {
     *("f", "f_angles", "pdf", "sample", "jacobian", "mueller", "delta_reflectance", "delta_mueller", "reradiation"),
-    *("at", "replace", "under", "with_channels", "to_json", "breaches", "is_isotropic"),
-    *("parameters", "fields", "channels", "channel_names", "wavelengths", "numbers_from"),
-    *("has_delta", "polarizes", "fluoresces", "disperses"),
+    *("at", "replace", "under", "with_channels", "to_json", "is_isotropic"),
+    *("parameters", "fields", "channels", "channel_names", "wavelengths"),
+    *("has_delta", "polarizes", "fluoresces"),
 }
 """What users call of a material, and read of it."""
+CONTRACT = Path(str(inspect.getsourcefile(Reflectance)))
 
 
 def public_names(thing):
@@ -299,10 +301,27 @@ def public_names(thing):
 
 def test_a_material_shows_what_users_call_and_what_models_write():
     """Nothing of the machine: functions of all values are in `formula/tree.py`, its attributes have an underscore."""
-    written = {name for name in vars(Hooks) if not name.startswith("_")} | {"validate"}
+    written = {name for name in vars(Reflectance) if not name.startswith("_")} - CALLED | {"validate"}
     shown = public_names(gn.Lambertian())
     assert shown == CALLED | written | {"rho"}
-    assert len(shown) == 51
+    assert len(shown) == 42
+
+
+def test_one_file_says_the_contract_of_a_material():
+    """From top to bottom: whatever a material shows beside its fields stands in it, but for what any value has."""
+    lines = CONTRACT.read_text().splitlines()
+    assert len(lines) <= 250
+    assert Reflectance.__mro__[1:3] == (Parametrised, Value)
+    assert CALLED - set(vars(Reflectance)) == {"replace", "parameters"}
+
+
+def test_the_contract_gives_the_arguments_of_its_calls():
+    calls = re.findall(r"^    (\w+) = \w+\.(\w+)  # (\(.*?\)): ", CONTRACT.read_text(), re.M)
+    for name, function, written in calls:
+        arguments = [*inspect.signature(getattr(Reflectance, name)).parameters.values()][1:]
+        bare = [p.replace(annotation=p.empty) for p in arguments]
+        assert (function, written) == (name, str(inspect.Signature(bare)))
+    assert {"f", "pdf", "sample", "jacobian", "under"} < {name for name, *_ in calls}
 
 
 def test_all_values_share_few_names():

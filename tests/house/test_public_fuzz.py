@@ -62,7 +62,7 @@ def test_everything_public_is_called():
     names = {target.name for target in targets()}
     classes = {n for n, kind in face.classes().items() if not issubclass(kind, tuple) and n[:8] != "results."}
     assert {*face.functions()} | classes - {"Error"} <= names
-    assert {"Calls.f", "Calls.sample", "Parametrised.replace", "Gridded.with_brdf", "Image.save"} <= names
+    assert {"Reflectance.f", "Reflectance.sample", "Parametrised.replace", "Gridded.with_brdf", "Image.save"} <= names
     assert {"radiometry.roughness.alpha_from_ward", "repair.symmetrize", "models", "formats"} <= names
     assert names >= INTEGRALS
 

@@ -217,7 +217,7 @@ def test_attributes_are_python_s_own_in_all_else():
         m._nothing  # noqa: B018  (protocols ask for such names: no words are made)
     assert not isinstance(raised.value, gn.Error)
     with pytest.raises(AttributeError, match="formulas do not see"):
-        tree.bind(m, lambda x: x, lambda x: x).numbers_from  # noqa: B018  (an error of an attribute that there is)
+        tree.bind(m, lambda x: x, lambda x: x)._numbers_from  # noqa: B018  (an error of an attribute that there is)
     assert callable(m)  # to say what to write
 
 

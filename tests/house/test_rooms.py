@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 
 from places import PACKAGE, ROOT
@@ -46,22 +47,57 @@ def test_lines_say_what_modules_import():
             assert part(name) in users()[part(other)], f"{name} imports {other}"
 
 
-def test_a_name_leads_to_one_class():
-    """What is public, or imported elsewhere, is defined in one file; by lines, which are read faster than syntax."""
+@cache
+def texts() -> dict[str, str]:
+    """Modules without their docstrings, as lines, which are read faster than syntax."""
     docstring = re.compile(r'""".*?"""', re.DOTALL)
-    texts = {name: docstring.sub("", path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
-    imports = re.compile(r"^[ \t]*from \..* import (\([^)]*\)|.*)", re.MULTILINE)
-    shared = {word for text in texts.values() for names in imports.findall(text) for word in re.findall(r"\w+", names)}
-    places: dict[str, list[str]] = {}
-    for name, text in texts.items():
-        for word in set(re.findall(r"^[ \t]*class (\w+)[(:]", text, re.MULTILINE)):
-            places.setdefault(word, []).append(name)
-    for word, modules in places.items():
+    return {name: docstring.sub("", path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+
+
+@cache
+def imports() -> dict[str, set[str]]:
+    """Module -> the words that it imports from other modules."""
+    statement = re.compile(r"^[ \t]*from \..* import (\([^)]*\)|.*)", re.MULTILINE)
+    return {name: set(re.findall(r"\w+", " ".join(statement.findall(text)))) for name, text in texts().items()}
+
+
+@cache
+def classes() -> dict[str, list[tuple[str, str]]]:
+    """Name of a class -> its modules, and what it is derived from."""
+    places: dict[str, list[tuple[str, str]]] = {}
+    for name, text in texts().items():
+        for word, bases in set(re.findall(r"^[ \t]*class (\w+)(\([^)]*\))?:", text, re.MULTILINE)):
+            places.setdefault(word, []).append((name, bases))
+    return places
+
+
+def test_a_name_leads_to_one_class():
+    """What is public, or imported elsewhere, is defined in one file."""
+    shared = set().union(*imports().values())
+    for word, places in classes().items():
         if not word.startswith("_") or word in shared:
+            modules = {name for name, _ in places}
             assert len(modules) == 1, (
                 f"class {word} is defined in {modules}: let names say what each holds, or begin with an "
                 f"underscore where no other file imports the class"
             )
+
+
+def test_no_class_is_the_first_half_of_a_file():
+    """A class with one subclass, in another file, is an idea of its own if its file makes one, or a third file asks."""
+    derived: dict[str, list[str]] = {}
+    for name, bases in (place for places in classes().values() for place in places):
+        for word in set(re.findall(r"\w+", bases)):
+            derived.setdefault(word, []).append(name)
+    halves = {}
+    for word, ((own, _), *others) in classes().items():
+        files = {own, *derived.get(word, ())}
+        if others or len(derived.get(word, ())) != 1 or len(files) == 1:
+            continue
+        is_made = re.search(rf"(?<!class )\b{word}\(", texts()[own])
+        if not is_made and not any(word in imports()[name] for name in MODULES.keys() - files):
+            halves[word] = sorted(files)
+    assert not halves, "make one class of both, or functions of the object, or let one object have the other"
 
 
 def test_only_arrays_and_bridges_know_array_libraries():

@@ -13,7 +13,7 @@ from libraries import thinned
 from materials import OBEDIENT, Draw, at_bounds, draws, on_sphere
 
 import gonio as gn
-from gonio.base.reflectance import Sum
+from gonio.base.sums import Sum
 from gonio.errors import LeftOutWarning, MissingDataWarning, ParameterError, ToleranceWarning
 from gonio.integrals import by_polar_angle, factor_between, over_directions
 from gonio.integrals.cones import Cone, Rings, overlap
@@ -133,7 +133,7 @@ def test_narrow_lobes_need_no_cells(facets, monkeypatch):
     map_of = gn.Microfacet(facets.replace(alpha_x=np.full((2, 1, 1), facets.alpha_x)), NARROW_METAL)
     np.testing.assert_allclose(gn.albedo(map_of, w)[..., 0], np.broadcast_to(one, (2, 4)), atol=1e-4)
     for other in (gn.Microfacet(facets, NARROW_METAL, "v_groove"), gn.RetroMicrofacet(facets), gn.Lambertian(0.5)):
-        assert other.slope_spread is None
+        assert other.hints.spread is None
 
 
 def test_estimates_of_rules_see_what_waves_hide():
@@ -1018,7 +1018,7 @@ def test_where_facets_lose_nothing_nothing_is_told(m):
 
 def test_white_facets_reflect_as_facets_of_a_white_metal():
     for m in (gn.Microfacet(gn.Beckmann(0.4), 0.3), gn.RetroMicrofacet(gn.GGX(0.4), 0.3), gn.OpenPBRMetal(0.3)):
-        white = m.single_scatter
+        white = m._single_scatter
         wi, wo = gn.direction(0.4, 0.3), gn.direction(0.7, [0.2, 3.0])
         F = {"OpenPBRMetal": gn.OpenPBRMetal(1.0).f(wi, wo)}.get(type(m).__name__, m.f(wi, wo) / 0.3)
         np.testing.assert_allclose(white.f(wi, wo), F, rtol=1e-12)

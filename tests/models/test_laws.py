@@ -30,7 +30,7 @@ from materials import (
 from sweeps import both_ways, by_model, each_model, trying
 
 import gonio as gn
-from gonio.base.reflectance import Scaled, Sum
+from gonio.base.sums import Scaled, Sum
 from gonio.evaluate import blocks
 from gonio.formula import tree
 from gonio.formula.direction import HORIZON

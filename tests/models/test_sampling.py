@@ -12,7 +12,7 @@ from materials import OBEDIENT, Draw, breaks, draws, on_sphere, pairs
 from sweeps import each_draw, each_draw_both_ways
 
 import gonio as gn
-from gonio.base.reflectance import Sum
+from gonio.base.sums import Sum
 from gonio.numerics.lattice import lattice
 
 LOBES = [d for d in draws() if d.model is not Sum and not d.material().has_delta]

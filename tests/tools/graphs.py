@@ -50,7 +50,7 @@ def random_graph(seed: int, loads: int, tables: int) -> tuple[Graph, list[int]]:
         what = rng.integers(12)
         if what < 6:
             name = REALS[int(rng.integers(len(REALS)))]
-            count = 2 if name in ("add", "sub", "mul", "div", "minimum", "maximum", "arctan2", "power") else 1
+            count = len(ops.ELEMENTARY[name].arguments) if name in ops.ELEMENTARY else 1 if name == "neg" else 2
             found[REAL].append(graph.apply(name, *(pick(REAL) for _ in range(count))))
         elif what == 6:
             how = ("lt", "le", "gt", "ge", "eq", "ne")[int(rng.integers(6))]

@@ -17,7 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import gonio as gn
-from gonio.base.reflectance import Reflectance, Scaled, Sum
+from gonio.base.calls import breaches
+from gonio.base.reflectance import Reflectance
+from gonio.base.sums import Scaled, Sum
 from gonio.declared import discover
 from gonio.errors import ParameterError
 from gonio.formula.direction import Direction
@@ -387,7 +389,7 @@ PLUMBING = {
 
 def breaks(m: Reflectance) -> set[str]:
     """The laws that a material, or a part of it, declares to break."""
-    return set(m.breaches())
+    return set(breaches(m))
 
 
 def draws(least: int = 3, every: int = 1) -> list[Draw]:

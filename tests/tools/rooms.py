@@ -11,7 +11,7 @@ from pathlib import Path
 from places import PACKAGE
 
 ROOMS = (
-    *("", "machine", "declared", "files", "numerics", "radiometry", "trace", "arrays", "compile", "rays", "pictures"),
+    *("", "machine", "declared", "files", "numerics", "radiometry", "arrays", "trace", "compile", "rays", "pictures"),
     *("formula", "evaluate", "base", "polarization"),
     *("surfaces", "distributions", "models", "lights", "tables", "integrals", "layers", "remote_sensing"),
     *("formats", "catalogue", "conversion", "repair", "uncertainty", "laws", "fitting", "reconstruction"),

@@ -206,6 +206,37 @@ def test_samples_seen_along_the_normal_in_float32(draw: Draw) -> None:
         assert np.isfinite(x).all()
 
 
+def test_choices_under_a_mask_with_another_part() -> None:
+    """A replacement where x is low is of no use to what is masked where x or y is low; it stays for all else."""
+    graph = Graph()
+    x, y = (Symbol(graph, graph.load(i, 0)) for i in (0, 1))
+    low, other = x <= 0.0, y <= 0.0
+    root = ops.sqrt(ops.where(low, 1.0, x))
+    for masked, left in (
+        (ops.where(low | other, 0.0, root), 1),
+        (ops.where(other | (low | (y > 9.0)), 0.0, root), 1),
+        (ops.where(low & other, 0.0, root), 2),
+        (ops.where(other, 0.0, root), 2),
+        (ops.where(low | other, root, 0.0), 2),
+    ):
+        made, nodes = fewer_choices(graph, [masked.node])
+        assert sum(made.operations[n] == "select" for n in made.reachable(nodes)) == left
+
+
+def test_conditions_and_choices_that_are_known() -> None:
+    """True, False, and what the same condition has chosen already, cost no operation."""
+    graph = Graph()
+    x, y = (Symbol(graph, graph.load(i, 0)) for i in (0, 1))
+    low, no, yes = x < 0.0, Symbol(graph, graph.constant(0, "mask")), Symbol(graph, graph.constant(1, "mask"))
+    assert (low & yes).node == (low | no).node == (yes & low).node == low.node
+    assert (low & no).node == (no & low).node == no.node
+    assert (low | yes).node == (yes | low).node == yes.node
+    once = ops.where(low, x, y)
+    assert ops.where(low, x, ops.where(low, 1.0, y)).node == once.node
+    assert ops.where(low, ops.where(low, x, 1.0), y).node == once.node
+    assert ops.where(y < 0.0, x, ops.where(low, x, y)).node != once.node
+
+
 def test_the_switch(monkeypatch: pytest.MonkeyPatch) -> None:
     graph = Graph()
     node = graph.apply("div", graph.load(0, 0), graph.load(0, 0))

@@ -303,6 +303,14 @@ def test_monte_carlo_agrees_for_albedo():
     assert drawn.at_estimate == pytest.approx(first.value, abs=1e-3)
 
 
+def test_monte_carlo_agrees_for_channels_at_several_directions():
+    m, wo = spectral(), gn.direction([0.1, 0.5, 1.0, 1.2], [0.0, 1.0, 2.0, 3.0])
+    first = quote(m.f, WI, wo, correlation="independent")
+    drawn = quote(m.f, WI, wo, correlation="independent", method="Monte Carlo", draws=300)
+    assert drawn.draws.shape == (300, *first.value.shape)
+    assert drawn.draws.std(axis=0) == pytest.approx(first.u, rel=0.2)
+
+
 def test_monte_carlo_takes_any_function():
     m = spectral()
     wo = gn.direction(THETA_O[3], PHI[4])

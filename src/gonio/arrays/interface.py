@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import operator
 import sys
 from collections.abc import Callable, Sequence
@@ -16,6 +15,7 @@ import numpy as np
 from ..errors import ArrayTypeError, ShapeError
 from .fixed import Array, Fixed
 from .kinds import MATRIX, SCALAR, VECTOR
+from .operations import Operation
 
 WORD = (1 << 32) - 1
 """The bits of a whole number."""
@@ -32,15 +32,22 @@ class Library:
     # broadcasting over a channel axis.
     channel_loop = False
 
-    def __init__(self, namespace: str, packages: tuple[str, ...] = (), special: str = "", **names: str):
+    def __init__(self, namespace: str, packages: tuple[str, ...] = (), special: str = ""):
         """`namespace`: the module with its functions. `packages`: where its array types are from, if from several.
-        `special`: the module with erf, erfc and erfinv, if that is another. `names`: what it calls functions of `ops`,
-        where that differs."""
-        self.namespace, self.packages = namespace, packages or (namespace,)
-        self._names = names
+        `special`: the module with special functions, if that is another."""
+        self.namespace, self.packages, self.special = namespace, packages or (namespace,), special
+        self._names: dict[str, str] = {}
         self._methods = {name[3:]: getattr(self, name) for name in dir(self) if name.startswith("op_")}
-        if special:
-            self._methods |= {name: partial(_imported, special, name) for name in ("erf", "erfc", "erfinv")}
+
+    def add(self, row: Operation) -> None:
+        """Learn an elementary function: what it is called here, or how it is computed."""
+        how = row.libraries.get(self.name, row.libraries.get("", row.name))
+        if isinstance(how, str):
+            self._names[row.name] = how
+        else:
+            self._methods[row.name] = partial(how, self)
+        if row.special and self.special:
+            self._methods[row.special] = partial(_imported, self.special, row.special)
 
     @property
     def name(self) -> str:
@@ -132,16 +139,6 @@ class Library:
     def stack(self, components: Sequence[Array]) -> Array:
         """Components along a new last axis."""
         return self.module.stack(self.broadcast(*components), -1)
-
-    def op_sin_turn(self, x: Array) -> Array:
-        return self.function("sin")(x * (2.0 * math.pi))
-
-    def op_cos_turn(self, x: Array) -> Array:
-        return self.function("cos")(x * (2.0 * math.pi))
-
-    def op_ierfc(self, x: Array) -> Array:
-        x = self.function("where")(x > 30.0, 30.0, x)  # 0 from there on, infinity too; NaN stays
-        return self.function("exp")(-x * x) * (1.0 / math.sqrt(math.pi)) - x * self.function("erfc")(x)
 
     def op_take(self, table: Array, index: Array) -> Array:
         return table[index]

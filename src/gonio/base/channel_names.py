@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,139 +15,146 @@ from ..errors import MeaningWarning, NotFoundError, ParameterError, suggestion, 
 from ..evaluate import batch
 from ..formula import tree
 from ..formula.fields import Param, Wavelengths
+from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum, as_wavelengths
-from ..formula.state import inferred, known
 from ..formula.text import few, shown
 from . import textured
-from ._hooks import Hooks
 
-R = TypeVar("R", bound="_Channelled")
+R = TypeVar("R", bound=Parametrised)
 
 NEAREST = 25.0
 """How far [nm] the channel that is meant by a wavelength may be from it."""
 
 
-class _Channelled(Hooks):
-    """A reflectance's channels."""
-
-    if TYPE_CHECKING:
-
-        @property
-        def channel_names(self) -> tuple[Any, ...] | None:
-            """Names of the channels, or wavelengths [nm]; None: as the parameters imply (three: linear sRGB)."""
-
-    else:
-
-        @inferred
-        def channel_names(self) -> tuple[Any, ...] | None:
-            return known_to_formula(self)
-
-    _declares: ClassVar[Mapping[str, str]] = MappingProxyType({"wavelengths": "float | Array | None"})
-
-    @known
-    def wavelengths(self) -> np.ndarray | None:
-        """The wavelengths [nm] of the channels, (C,); None for channels in RGB, with names in words, or none.
-
-        They are declared by the constructor (`wavelengths=`), by `at`, or by `with_channels`; equality, `repr`, JSON
-        and pickles have them.
-
-        Example
-        >>> field = gn.Lambertian([0.05, 0.3], wavelengths=[645.0, 858.5])
-        >>> print(field.wavelengths, gn.Lambertian([0.6, 0.1, 0.05]).wavelengths)
-        [645.  858.5] None
-        >>> field == gn.Lambertian([0.05, 0.3], wavelengths=[650.0, 858.5])
-        False
-        """
-        return in_nanometres(self.channel_names)
-
-    def _declared(self, **given: Any) -> Self:
-        return with_wavelengths(self, given["wavelengths"])
-
-    def _at(self, wavelengths: Any, known: np.ndarray | None) -> Self:
-        own = self.wavelengths
-        new = super()._at(wavelengths, known if own is None else own)
-        given = self._declared_wavelengths()
-        return new if given is None else declared(new, wavelengths)
-
-    def at(self, wavelengths: Any = None, uv: Any = None) -> Self:
-        """A copy with the numbers at wavelengths [nm], which are its channels from then on: see `Parametrised.at`.
-
-        `uv`: or at places (..., 2) on the surface, where parameters are textures: each is then an array (..., C).
-
-        Example
-        >>> paint = gn.Lambertian(gn.Spectrum([400.0, 700.0], [0.2, 0.8])).at([450.0, 650.0])
-        >>> print(paint.wavelengths, gn.albedo(paint, [0, 0, 1]).round(3))
-        [450. 650.] [0.3 0.7]
-        >>> print(gn.Lambertian(gn.Texture([[0.2, 0.8]])).at(uv=[0.5, 0.5]))
-        Lambertian(rho=[0.5])
-        """
-        if uv is not None:
-            placed = textured.at(self, uv)
-            return placed if wavelengths is None else placed.at(wavelengths)
-        return with_axis(super().at(wavelengths), wavelengths)
-
-    def _key(self) -> tuple[Any, ...]:
-        return (*super()._key(), ("wavelengths", self._declared_wavelengths()))
-
-    def _declared_wavelengths(self) -> np.ndarray | None:
-        """The wavelengths that this was given itself, beside those of its parts and of its formula."""
-        return in_nanometres(self._given("channel_names"))
-
-    def _written(self) -> dict[str, Any]:
-        declared = self._declared_wavelengths()
-        return super()._written() | ({} if declared is None else {"wavelengths": declared})
-
-    def with_channels(self, names: Iterable[str | float] | None) -> Self:
-        """A copy whose channels have these names, or wavelengths; `None` takes them away.
-
-        Sums, products, coats and `replace` keep them, as long as the number of channels stays the same; JSON files too.
-        Numbers that look like micrometres are announced by a MeaningWarning.
-
-        Shapes   names: one for each channel.
-        Units    wavelengths: nm.
-
-        Example
-        >>> field = gn.RossLi(f_iso=[0.05, 0.3], f_vol=[0.02, 0.16], f_geo=[0.01, 0.03]).with_channels(["red", "nir"])
-        >>> (field + gn.Lambertian(0.01)).channel_names
-        ('red', 'nir')
-        """
-        if names is None:
-            return tree.with_notes(self, channel_names=None)
-        return named(self, names)
-
-    def _name_channels(self, whole: Labels) -> None:
-        names = whole.channel_names
-        if names is not None and self.channel_names is None and self.channels == len(names):
-            self._hold(channel_names=checked(names, self))
-
-    def _replaced(self, grouped: dict[str, Any]) -> Self:
-        new = super()._replaced(grouped)
-        names = self._given("channel_names")
-        if names is not None and self.channels == len(names) != new.channels:
-            return tree.with_notes(new, channel_names=None)
-        return new
-
-    def to_json(self) -> dict[str, Any]:
-        return super().to_json() | self._names_in_json()
-
-    def _names_in_json(self) -> dict[str, Any]:
-        names, declared = self._given("channel_names"), self._declared_wavelengths()
-        if declared is not None:
-            return {"wavelengths": declared.tolist()}
-        return {} if names is None else {"channel_names": list(names)}
-
-    @property
-    def channels(self) -> int | None:
-        """The number of channels of f, which the parameters decide; None where f has no channel axis.
-
-        Example
-        >>> print(gn.Lambertian(0.5).channels, gn.Lambertian([0.6, 0.1, 0.05]).channels)
-        None 3
-        """
-        return batch.channels(self)
+# What everyone calls.
 
 
-def checked(names: Any, m: _Channelled, call: str = "") -> tuple[str | float, ...]:
+def channels(m: Any) -> int | None:
+    """The number of channels of f, which the parameters decide; None where f has no channel axis.
+
+    Example
+    >>> print(gn.Lambertian(0.5).channels, gn.Lambertian([0.6, 0.1, 0.05]).channels)
+    None 3
+    """
+    return batch.channels(m)
+
+
+def wavelengths(m: Any) -> np.ndarray | None:
+    """The wavelengths [nm] of the channels, (C,); None for channels in RGB, with names in words, or none.
+
+    They are declared by the constructor (`wavelengths=`), by `at`, or by `with_channels`; equality, `repr`, JSON
+    and pickles have them.
+
+    Example
+    >>> field = gn.Lambertian([0.05, 0.3], wavelengths=[645.0, 858.5])
+    >>> print(field.wavelengths, gn.Lambertian([0.6, 0.1, 0.05]).wavelengths)
+    [645.  858.5] None
+    >>> field == gn.Lambertian([0.05, 0.3], wavelengths=[650.0, 858.5])
+    False
+    """
+    return in_nanometres(m.channel_names)
+
+
+def with_channels(m: R, names: Iterable[str | float] | None) -> R:
+    """A copy whose channels have these names, or wavelengths; `None` takes them away.
+
+    Sums, products, coats and `replace` keep them, as long as the number of channels stays the same; JSON files too.
+    Numbers that look like micrometres are announced by a MeaningWarning.
+
+    Shapes   names: one for each channel.
+    Units    wavelengths: nm.
+
+    Example
+    >>> field = gn.RossLi(f_iso=[0.05, 0.3], f_vol=[0.02, 0.16], f_geo=[0.01, 0.03]).with_channels(["red", "nir"])
+    >>> (field + gn.Lambertian(0.01)).channel_names
+    ('red', 'nir')
+    """
+    renamed: R = named(m, names)
+    return renamed
+
+
+def at(m: R, wavelengths: Any = None, uv: Any = None) -> R:
+    """A copy with the numbers at wavelengths [nm], which are its channels from then on: see `Parametrised.at`.
+
+    `uv`: or at places (..., 2) on the surface, where parameters are textures: each is then an array (..., C).
+
+    Example
+    >>> paint = gn.Lambertian(gn.Spectrum([400.0, 700.0], [0.2, 0.8])).at([450.0, 650.0])
+    >>> print(paint.wavelengths, gn.albedo(paint, [0, 0, 1]).round(3))
+    [450. 650.] [0.3 0.7]
+    >>> print(gn.Lambertian(gn.Texture([[0.2, 0.8]])).at(uv=[0.5, 0.5]))
+    Lambertian(rho=[0.5])
+    """
+    if uv is not None:
+        placed: R = textured.at(m, uv)
+        return placed if wavelengths is None else at(placed, wavelengths)
+    there: R = with_axis(Parametrised.at(m, wavelengths), wavelengths)
+    return there
+
+
+# Methods of any value that take the names of a reflectance's channels into account.
+
+
+def of_constructor(m: Any, **arguments: Any) -> Any:
+    """See `Parametrised._declared`."""
+    return with_wavelengths(m, arguments["wavelengths"])
+
+
+def interpolated(m: Any, wavelengths: Any, known: np.ndarray | None) -> Any:
+    """See `Parametrised._at`."""
+    nm = m.wavelengths
+    new = Parametrised._at(m, wavelengths, known if nm is None else nm)
+    return new if declared_wavelengths(m) is None else declared(new, wavelengths)
+
+
+def key(m: Any) -> tuple[Any, ...]:
+    """See `Value._key`."""
+    return (*Parametrised._key(m), ("wavelengths", declared_wavelengths(m)))
+
+
+def written(m: Any) -> dict[str, Any]:
+    """See `Value._written`."""
+    nm = declared_wavelengths(m)
+    return Parametrised._written(m) | ({} if nm is None else {"wavelengths": nm})
+
+
+def to_json(m: Any) -> dict[str, Any]:
+    return Parametrised.to_json(m) | names_in_json(m)
+
+
+def take_names(m: Any, whole: Labels) -> None:
+    """See `Parametrised._name_channels`."""
+    names = whole.channel_names
+    if names is not None and m.channel_names is None and m.channels == len(names):
+        m._hold(channel_names=checked(names, m))
+
+
+def replaced(m: Any, grouped: dict[str, Any]) -> Any:
+    """See `Parametrised._replaced`."""
+    new = Parametrised._replaced(m, grouped)
+    names = m._given("channel_names")
+    if names is not None and m.channels == len(names) != new.channels:
+        return tree.with_notes(new, channel_names=None)
+    return new
+
+
+def declared_wavelengths(m: Any) -> np.ndarray | None:
+    """The wavelengths that a material was given itself, beside those of its parts and of its formula."""
+    return in_nanometres(m._given("channel_names"))
+
+
+def names_in_json(m: Any) -> dict[str, Any]:
+    """The names of channels, or wavelengths, as JSON data."""
+    names, nm = m._given("channel_names"), declared_wavelengths(m)
+    if nm is not None:
+        return {"wavelengths": nm.tolist()}
+    return {} if names is None else {"channel_names": list(names)}
+
+
+# Names and wavelengths, checked and looked up.
+
+
+def checked(names: Any, m: Any, call: str = "") -> tuple[str | float, ...]:
     """The names, or wavelengths [nm], as a material keeps them. Raises ParameterError where they do not fit it."""
     if isinstance(names, (str, bytes, Mapping)) or not isinstance(names, Iterable) or getattr(names, "ndim", 1) != 1:
         rule = "expected a list, of a name or a wavelength [nm] for each channel"
@@ -191,20 +197,22 @@ def differ(value: Any) -> bool:
     return not isinstance(value, np.ndarray) or bool((value != value[..., :1]).any())
 
 
-def known_to_formula(m: _Channelled) -> tuple[float, ...] | None:
+def known_to_formula(m: Any) -> tuple[float, ...] | None:
     """The wavelengths of channels that formulas of a material know, by a field `wavelength = wavelengths()`."""
     found = [x for _, field, x, _ in tree.walk(m) if isinstance(field, Wavelengths) and np.ndim(x)]
     return tuple(map(float, found[0])) if found else None
 
 
-def _told(m: R, wavelengths: Any, which: Callable[[Wavelengths], bool] = lambda field: True) -> R:
+def _told(m: Any, wavelengths: Any, which: Callable[[Wavelengths], bool] = lambda field: True) -> Any:
     """The material, whose formulas know these wavelengths where they ask for any."""
     paths = [path for path, field, _, _ in tree.walk(m) if isinstance(field, Wavelengths) and which(field)]
     return m._with_paths([(path, path, wavelengths) for path in paths]) if paths else m
 
 
-def named(m: R, names: Any) -> R:
-    """The material with these names of channels, or wavelengths."""
+def named(m: Any, names: Any) -> Any:
+    """The material with these names of channels, or wavelengths; without any for None."""
+    if names is None:
+        return tree.with_notes(m, channel_names=None)
     found = checked(names, m)
     asking = [field for _, field, _, _ in tree.walk(m) if isinstance(field, Wavelengths)]
     if isinstance(found[0], str) or not asking:
@@ -216,7 +224,7 @@ def named(m: R, names: Any) -> R:
     return tree.with_notes(_told(m, wavelengths, lambda field: field.default is not None), channel_names=found)
 
 
-def with_wavelengths(m: R, value: Any) -> R:
+def with_wavelengths(m: Any, value: Any) -> Any:
     """The material whose constructor was given `wavelengths`."""
     call = f"{type(m).__name__}(wavelengths={shown(value)})"
     wavelengths = as_wavelengths(call, value)
@@ -231,12 +239,12 @@ def with_wavelengths(m: R, value: Any) -> R:
     return new if known_to_formula(new) else declared(new, np.array(found))
 
 
-def declared(m: R, wavelengths: Any) -> R:
+def declared(m: Any, wavelengths: Any) -> Any:
     """The material with these wavelengths for names of its channels; without names for one wavelength."""
     return tree.with_notes(m, channel_names=tuple(map(float, wavelengths)) if np.ndim(wavelengths) else None)
 
 
-def with_axis(m: R, wavelengths: Any) -> R:
+def with_axis(m: Any, wavelengths: Any) -> Any:
     """A material at wavelengths, with a channel for each, also where it has the same numbers at all of them."""
     if np.ndim(wavelengths) == 0:
         return m
@@ -250,14 +258,14 @@ def with_axis(m: R, wavelengths: Any) -> R:
     return m if m.channels is None or m.channel_names is not None else declared(m, wavelengths)
 
 
-def places(m: _Channelled, wanted: Sequence[Any]) -> list[int]:
+def places(m: Any, wanted: Sequence[Any]) -> list[int]:
     """The numbers of the channels of these names, or nearest to these wavelengths [nm], counted from 0.
 
     Channels without names are called by their numbers. Raises NotFoundError for one that the material has not.
     """
     names, count = m.channel_names, m.channels or 1
-    known = tuple(range(count)) if names is None else names
-    return [_place(known, word, names is not None) for word in wanted]
+    called = tuple(range(count)) if names is None else names
+    return [_place(called, word, names is not None) for word in wanted]
 
 
 def _place(known: Sequence[Any], wanted: Any, named: bool) -> int:
@@ -274,7 +282,7 @@ def _place(known: Sequence[Any], wanted: Any, named: bool) -> int:
     raise NotFoundError(f"{shown(wanted)}: no such channel{hint}; {what} {listed}{' nm' if number and named else ''}")
 
 
-def channel(m: _Channelled, c: int) -> str:
+def channel(m: Any, c: int) -> str:
     """Name of a channel: its wavelength, its word or its number."""
     names = m.channel_names
     if names is None:

@@ -1,11 +1,15 @@
 """Kernels: f, pdf, samples and delta lobes of a material on components of directions; `batch.run` gives them arrays,
 by the tasks at the end.
 
-`m` computes values per channel; `mean`, the same material with merged channels, one number for sampling.
+`m` computes values per channel; `mean`, the same material with merged channels, one number for sampling. Each kernel
+brings the viewer above the surface, and the material with it, and then asks for light from either side.
 """
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable, Iterator
+from functools import partial, reduce
 from typing import Any, NamedTuple
 
 from ..arrays import ops
@@ -15,7 +19,7 @@ from ..formula import tree
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, dot, select, served
 from ..formula.mueller import Mueller
 from ..formula.sparse import is_zero
-from ._hooks import Hooks
+from .sides import lit_sides
 
 
 def _nan_of(*directions: Direction) -> Any:
@@ -27,84 +31,125 @@ def _nan_of(*directions: Direction) -> Any:
     return total - total  # not 0 * total, which Dr.Jit replaces by 0
 
 
-def with_holes(value: Any, m: Hooks) -> Any:
+def with_holes(value: Any, m: Any) -> Any:
     """The value, NaN where a parameter is missing, for formulas do not use each parameter everywhere."""
     for number in tree.holed(m):
         value = value + (number - number)
     return value
 
 
-def value(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
+def from_viewer(wo: Direction, *materials: Any) -> tuple[Any, ...]:
+    """Where the viewer is behind the surface, and where hidden, at the horizon; wo as `turned_over` brings it above, or
+    the normal; the materials as seen from there. What is black behind needs no turn: a viewer there is hidden too."""
+    if materials[0].sides == "front":
+        hidden = wo.z <= HORIZON
+        return False, hidden, wo, *materials
+    behind = wo.z < 0.0
+    up = turned_over(behind, wo)
+    hidden = up.z <= HORIZON
+    back = ops.where(behind, 1.0 + 0.0 * wo.z, 0.0 * wo.z)
+    return behind, hidden, up, *(m.turned(back) for m in materials)
+
+
+def turned_over(behind: Any, w: Direction) -> Direction:
+    """w, turned half a turn about the y axis where the viewer is behind; `behind` is False where nobody can be."""
+    return w if behind is False else Direction(ops.where(behind, -w.x, w.x), w.y, ops.where(behind, -w.z, w.z))
+
+
+def _height(side: str, wi: Direction) -> Any:
+    """How far wi is on this side of the surface, "front" or "across"."""
+    return wi.z if side == "front" else -wi.z
+
+
+def _light(m: Any, wi: Direction, hidden: Any) -> Iterator[tuple[str, Any, Any, Direction]]:
+    """Each side that the material has lobes for; where it is dark there or hidden; where another direction may stand in
+    for that of the viewer, which is as much where no other side is lit; and wi, with one in its place likewise."""
+    sides = lit_sides(m)
+    for side in sides:
+        dark, there = _height(side, wi) <= HORIZON, NORMAL if side == "front" else BEHIND
+        unlit = dark | hidden
+        of_light, of_viewer = (unlit, unlit) if len(sides) == 1 else (dark, hidden)
+        yield side, unlit, of_viewer, select(of_light, there, wi)
+
+
+def _spread(m: Any, side: str) -> list[tuple[Any, Any]]:
+    """The lobes for light on this side, with their weights, but for delta lobes; the material if it is all that."""
+    lobes = list(m.lobes())
+    spread = [(weight, lobe) for weight, lobe in lobes if lobe.sides == side and not lobe.is_delta]
+    return [(1.0, m)] if spread and len(spread) == len(lobes) else spread
+
+
+def _sum(terms: list[Any], none: Any) -> Any:
+    return reduce(operator.add, terms) if terms else none
+
+
+def _over_light(m: Any, wi: Direction, hidden: Any, terms: Callable[[str, Any, Direction], list[Any]]) -> Any:
+    """The sum of the terms for the side that wi is on; 0 where that is hidden."""
+    total: Any = None
+    for side, unlit, unseen, safe in _light(m, wi, hidden):
+        if several := terms(side, unseen, safe):
+            total = ops.where(unlit, 0.0 if total is None else total, _sum(several, 0.0))
+    return 0.0 * wi.z if total is None else total
+
+
+def _f(m: Any, wi: Direction, hidden: Any, viewer: Callable[[Any], Direction]) -> Any:
+    """f of all lobes; `viewer`: wo, or another direction where it may be replaced."""
+
+    def terms(side: str, unseen: Any, safe: Direction) -> list[Any]:
+        return [weight * lobe.formula(safe, viewer(unseen)) for weight, lobe in _spread(m, side)]
+
+    return _over_light(m, wi, hidden, terms)
+
+
+def value(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
-    if m.sides != "front":
-        back, hidden, wi_seen, wo_up = upright(wi, wo)
-        value = ops.where(hidden, 0.0, _total(m.turned(back), wi_seen, wo_up))
-        return (with_holes(value + _nan_of(wi, wo), m),)
-    below, wi_up, wo_up = served(wi, wo)
-    value = m.formula(wi_up, wo_up)
-    return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
+    behind, hidden, up, viewed = from_viewer(wo, m)
+    f = _f(viewed, turned_over(behind, wi), hidden, lambda unseen: select(unseen, NORMAL, up))
+    return (with_holes(f + _nan_of(wi, wo), m),)
 
 
-def together(m: Hooks) -> list[list[tuple[Any, Any]]]:
-    """The lobes with their weights, in groups: a lobe with the next one, where they share a draw."""
-    groups: list[list[tuple[Any, Any]]] = []
-    shared = False
-    for pair in m.lobes():
-        if shared:
-            groups[-1].append(pair)
-        else:
-            groups.append([pair])
-        shared = pair[1].split
-    return groups
-
-
-def _masked(M: Mueller, below: Any, nan: Any, m: Hooks) -> list[list[Any]]:
-    """The elements, 0 where a direction is below the horizon; those that are written 0 stay so, but for NaN."""
+def _matrix(parts: list[tuple[Any, Mueller]], nan: Any, m: Any) -> list[list[Any]]:
+    """The elements of each matrix where it is not masked, else 0; those that are written 0 stay so, but for NaN."""
     nan = with_holes(nan, m)
-    seen = ~below & (nan == 0.0)  # one choice for each element instead of a choice and a sum
-    return [[nan if is_zero(x) else ops.where(seen, x, nan) for x in row] for row in M.rows]
+    rows = [[nan] * 4 for _ in range(4)]
+    for mask, M in parts:
+        seen = ~mask & (nan == 0.0)  # one choice for each element instead of a choice and a sum
+        pairs = [zip(*row, strict=True) for row in zip(M.rows, rows, strict=True)]
+        rows = [[other if is_zero(x) else ops.where(seen, x, other) for x, other in row] for row in pairs]
+    return rows
 
 
-def mueller(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
+def mueller(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
+    # Half a turn leaves the axes of both directions as they are, but for their signs, which change nothing.
     wi, wo = Direction(*wi), Direction(*wo)
-    if m.sides != "front":
-        # Half a turn leaves the axes of both directions as they are, but for their signs, which change nothing.
-        back, hidden, wi_seen, wo_up = upright(wi, wo)
-        return (_masked(_total_mueller(m.turned(back), wi_seen, wo_up), hidden, _nan_of(wi, wo), m),)
-    below, wi_up, wo_up = served(wi, wo)
-    return (_masked(m.polarized(wi_up, wo_up), below, _nan_of(wi, wo), m),)
+    behind, hidden, up, viewed = from_viewer(wo, m)
+    parts = []
+    for side, unlit, unseen, safe in _light(viewed, turned_over(behind, wi), hidden):
+        lobes = [(1.0, viewed)] if viewed.sides == "front" else _spread(viewed, side)
+        matrices = [lobe.polarized(safe, select(unseen, NORMAL, up)) * weight for weight, lobe in lobes]
+        parts.append((unlit, _sum(matrices, Mueller.depolarizer(0.0))))
+    return (_matrix(parts, _nan_of(wi, wo), m),)
 
 
-def _total_mueller(m: Hooks, wi: Direction, wo: Direction) -> Mueller:
-    """The Mueller matrix of all lobes together, of light from either side."""
-    total = Mueller.depolarizer(0.0 * wi.z)
-    for weight, lobe in m.lobes():
-        if not lobe.is_delta:
-            lit, safe = on_its_side(lobe, wi)
-            total = total + (lobe.polarized(safe, wo) * weight).where(lit)
-    return total
+def _mirrors(m: Any, wo: Direction, side: str) -> tuple[Any, Direction, list[tuple[Any, Any]]]:
+    """Where the viewer is hidden, wo above the surface, and the delta lobes for light on this side."""
+    _, hidden, up, viewed = from_viewer(wo, m)
+    wo_up = select(hidden, NORMAL, up)
+    return hidden, wo_up, [(weight, lobe) for weight, lobe in viewed.lobes() if lobe.is_delta and lobe.sides == side]
 
 
-def delta_mueller(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
-    return _delta_mueller(m, Direction(*wo), "front")
+def delta(m: Any, mean: Any, wo: Any, side: str) -> tuple[Any, ...]:
+    wo = Direction(*wo)
+    hidden, wo_up, lobes = _mirrors(m, wo, side)
+    share = _sum([weight * lobe.mirror(wo_up) for weight, lobe in lobes], 0.0 * wo_up.z)
+    return (with_holes(ops.where(hidden, 0.0, share) + _nan_of(wo), m),)
 
 
-def delta_mueller_across(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
-    return _delta_mueller(m, Direction(*wo), "across")
-
-
-def _delta_mueller(m: Hooks, wo: Direction, sides: str) -> tuple[Any, ...]:
-    if m.sides == "front":
-        hidden, wo_up = served(wo)
-        seen = m
-    else:
-        back, hidden, wo_up = upright(wo)
-        seen = m.turned(back)
-    total = Mueller.depolarizer(0.0 * wo_up.z)
-    for weight, lobe in seen.lobes():
-        if lobe.is_delta and lobe.sides == sides:
-            total = total + lobe.polarized_mirror(wo_up) * weight
-    return (_masked(total, hidden, _nan_of(wo), m),)
+def delta_mueller(m: Any, mean: Any, wo: Any, side: str) -> tuple[Any, ...]:
+    wo = Direction(*wo)
+    hidden, wo_up, lobes = _mirrors(m, wo, side)
+    total = _sum([lobe.polarized_mirror(wo_up) * weight for weight, lobe in lobes], Mueller.depolarizer(0.0))
+    return (_matrix([(hidden, total)], _nan_of(wo), m),)
 
 
 def reradiation(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
@@ -115,146 +160,49 @@ def reradiation(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
 
 
-def shares_of(mean: Hooks, wo: Direction) -> list[tuple[Any, Hooks]]:
+def together(m: Any) -> list[list[tuple[Any, Any]]]:
+    """The lobes with their weights, in groups: a lobe with the next one, where they share a draw."""
+    groups: list[list[tuple[Any, Any]]] = [[]]
+    for weight, lobe in m.lobes():
+        before = groups[-1][-1][1] if len(groups[-1]) == 1 else lobe
+        if before._split and before.sides != lobe.sides:
+            groups[-1].append((weight, lobe))
+        else:
+            groups.append([(weight, lobe)])
+    return groups[1:]
+
+
+def shares_of(mean: Any, wo: Direction) -> list[tuple[Any, Any]]:
     """The lobes, each with the probability of being sampled; of those that share a draw the first one."""
     lobes = [group[0] for group in together(mean)]
     if len(lobes) == 1:
         return [(1.0, lobes[0][1])]
     estimates = [weight * lobe.estimate(wo) + 1e-6 for weight, lobe in lobes]
-    total = estimates[0]
-    for estimate in estimates[1:]:
-        total = total + estimate
+    total = _sum(estimates, 0.0)
     return [(estimate / total, lobe) for estimate, (_, lobe) in zip(estimates, lobes, strict=True)]
 
 
-def _mixture(shares: list[tuple[Any, Hooks]], wi: Direction, wo: Direction) -> Any:
-    densities = [share * lobe.density(wi, wo) for share, lobe in shares if not lobe.is_delta]
-    return sum(densities[1:], densities[0]) if densities else 0.0 * wi.z
+def _density(mean: Any, wi: Direction, hidden: Any, viewer: Callable[[Any], Direction]) -> Any:
+    """The density of draws from all lobes; `viewer` as for `_f`."""
+
+    def terms(side: str, unseen: Any, safe: Direction) -> list[Any]:
+        wo = viewer(unseen)
+        shares = zip(shares_of(mean, wo), together(mean), strict=True)
+        lobes = [(share, x, len(group) > 1) for (share, _), group in shares for _, x in group if not x.is_delta]
+        densities = [(share * x.density(safe, wo), x, split) for share, x, split in lobes if x.sides == side]
+        return [x._chance(safe, wo) * density if split else density for density, x, split in densities]
+
+    return _over_light(mean, wi, hidden, terms)
 
 
-def pdf(m: Hooks, mean: Hooks, wi: Any, wo: Any) -> tuple[Any, ...]:
+def pdf(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
-    if m.sides != "front":
-        back, hidden, wi_seen, wo_up = upright(wi, wo)
-        seen = mean.turned(back)
-        density = _density(seen, shares_of(seen, wo_up), wi_seen, wo_up)
-        return (with_holes(ops.where(hidden, 0.0, density) + _nan_of(wi, wo), mean),)
-    below, wi_up, wo_up = served(wi, wo)
-    mixture = _mixture(shares_of(mean, wo_up), wi_up, wo_up)
-    return (with_holes(ops.where(below, 0.0, mixture) + _nan_of(wi, wo), mean),)
+    behind, hidden, up, viewed = from_viewer(wo, mean)
+    density = _density(viewed, turned_over(behind, wi), hidden, lambda unseen: select(unseen, NORMAL, up))
+    return (with_holes(density + _nan_of(wi, wo), mean),)
 
 
 _BELOW_ONE = 1.0 - 6e-8  # the largest float32 below 1; random float64 numbers in [0, 1) may round to 1.0f
-
-
-def _drawn(m: Hooks, shares: list[tuple[Any, Hooks]], wo: Direction, u0: Any, u1: Any) -> tuple[Direction, Any, Any]:
-    """A direction from the lobe that u0 falls to, whether that is a delta lobe, and its weight; None without any."""
-    deltas = any(lobe.is_delta for _, lobe in shares)
-    wi, mirrored, weight = wo, u0 < -1.0, 0.0 * wo.z
-    start = 0.0
-    for i, ((share, lobe), (factor, chromatic)) in enumerate(zip(shares, m.lobes(), strict=True)):
-        v = u0 if len(shares) == 1 else u0 / share if i == 0 else ops.maximum((u0 - start) / share, 0.0)
-        drawn = lobe.mirrored(wo) if lobe.is_delta else lobe.warp(wo, ops.minimum(v, _BELOW_ONE), u1)
-        here = u0 >= start  # and in no later lobe
-        wi = select(here, drawn, wi) if i > 0 else drawn
-        if lobe.is_delta:
-            mirrored = mirrored | here
-            weight = ops.where(here, factor * chromatic.mirror(wo) / share, weight)
-        elif deltas:
-            mirrored = mirrored & ~here
-        start = start + share
-    return wi, mirrored, weight if deltas else None
-
-
-def sample(m: Hooks, mean: Hooks, wo: Any, u: Any) -> tuple[Any, ...]:
-    if m.sides != "front" or len(u) == 3:
-        return _sample_of_lobes(m, mean, Direction(*wo), *u)
-    wo, (u0, u1) = Direction(*wo), u
-    nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
-    hidden, wo_up = served(wo)
-    shares = shares_of(mean, wo_up)
-    u1 = ops.where(u1 >= 1.0, _BELOW_ONE, u1)
-    wi, mirrored, delta_weight = _drawn(m, shares, wo_up, u0, u1)
-    lost = (wi.z <= HORIZON) | hidden
-    wi_up = select(lost, NORMAL, wi)
-    pdf = _mixture(shares, wi_up, wo_up)
-    useless = ~((pdf > 0.0) & (pdf < float("inf")))
-    weight = ops.where(useless, 0.0, m.formula(wi_up, wo_up) * wi_up.z / ops.where(useless, 1.0, pdf))
-    if delta_weight is not None:
-        weight, pdf = ops.where(mirrored, delta_weight, weight), ops.where(mirrored, 1.0, pdf)
-    return (
-        Direction(wi.x + nan, wi.y + nan, wi.z + nan),
-        ops.where(lost, 0.0, weight) + nan,
-        ops.where(lost, 0.0, pdf) + nan,
-        mirrored & ~lost,
-    )
-
-
-def delta_reflectance(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
-    if m.sides != "front":
-        return _delta(m, Direction(*wo), "front")
-    wo = Direction(*wo)
-    below, wo_up = served(wo)
-    total = 0.0 * wo_up.z
-    for weight, lobe in m.lobes():
-        if lobe.is_delta:
-            total = total + weight * lobe.mirror(wo_up)
-    return (with_holes(ops.where(below, 0.0, total) + _nan_of(wo), m),)
-
-
-def delta_transmission(m: Hooks, mean: Hooks, wo: Any) -> tuple[Any, ...]:
-    return _delta(m, Direction(*wo), "across")
-
-
-# Materials that transmit: every pair is turned so that the viewer is above, and the material with it.
-
-
-def upright(*directions: Direction) -> tuple[Any, ...]:
-    """1 where the last of these directions, that of the viewer, is behind the surface, else 0; whether it is at the
-    horizon; and the directions, turned half a turn about the y axis where it is behind. At the horizon it is the
-    normal."""
-    wo = directions[-1]
-    behind = wo.z < 0.0
-    back = ops.where(behind, 1.0 + 0.0 * wo.z, 0.0 * wo.z)
-    flipped = [turned_over(behind, w) for w in directions]
-    hidden = flipped[-1].z <= HORIZON
-    return (back, hidden, *flipped[:-1], select(hidden, NORMAL, flipped[-1]))
-
-
-def turned_over(back: Any, w: Direction) -> Direction:
-    """w, turned half a turn about the y axis where `back` holds."""
-    return Direction(ops.where(back, -w.x, w.x), w.y, ops.where(back, -w.z, w.z))
-
-
-def on_its_side(lobe: Hooks, wi: Direction) -> tuple[Any, Direction]:
-    """Whether wi is where the lobe has light from, and wi if it is, else a direction there."""
-    if lobe.sides == "across":
-        lit = wi.z < -HORIZON
-        return lit, select(lit, wi, BEHIND)
-    lit = wi.z > HORIZON
-    return lit, select(lit, wi, NORMAL)
-
-
-def _total(m: Hooks, wi: Direction, wo: Direction) -> Any:
-    """The value of all lobes together, of light from either side."""
-    total = 0.0 * wi.z
-    for weight, lobe in m.lobes():
-        if not lobe.is_delta:
-            lit, safe = on_its_side(lobe, wi)
-            total = total + ops.where(lit, weight * lobe.formula(safe, wo), 0.0)
-    return total
-
-
-def _density(mean: Hooks, shares: list[tuple[Any, Hooks]], wi: Direction, wo: Direction) -> Any:
-    """The density of all lobes together, of light from either side."""
-    total = 0.0 * wi.z
-    for (share, _), group in zip(shares, together(mean), strict=True):
-        for _, lobe in group:
-            if not lobe.is_delta:
-                lit, safe = on_its_side(lobe, wi)
-                density = share * lobe.density(safe, wo)
-                total = total + ops.where(lit, density if len(group) == 1 else lobe.chance(safe, wo) * density, 0.0)
-    return total
 
 
 def third_of(u0: Any, u1: Any) -> Any:
@@ -265,81 +213,64 @@ def third_of(u0: Any, u1: Any) -> Any:
 
 
 class _Draw(NamedTuple):
-    """A draw among lobes: a direction, whether it is from a delta lobe and with which weight, whether it is lost."""
+    """A draw among lobes: a direction, how far it is on the side of their light, and for that of a delta lobe
+    (`mirrored`: False where no lobe is one) its weight."""
 
     wi: Direction
+    height: Any
     mirrored: Any
     weight: Any
-    lost: Any
 
     def unless(self, here: Any, other: _Draw) -> _Draw:
         """The other one where the condition holds."""
-        wi = select(here, other.wi, self.wi)
-        rest = zip(other[1:], self[1:], strict=True)
-        return _Draw(wi, *(ops.where(here, a, b) for a, b in rest))
+        wi, height = select(here, other.wi, self.wi), ops.where(here, other.height, self.height)
+        if self.mirrored is other.mirrored is False:
+            return _Draw(wi, height, False, 0.0)
+        rest = zip(other[2:], self[2:], strict=True)
+        return _Draw(wi, height, *(ops.where(here, a, b) for a, b in rest))
 
 
-def _choice(lobe: Hooks, factor: Any, chromatic: Hooks, wo: Direction, u: tuple[Any, Any]) -> _Draw:
+def _choice(lobe: Any, factor: Any, chromatic: Any, wo: Direction, u: tuple[Any, Any]) -> _Draw:
     """What a lobe draws; `factor`: its weight over the probability of choosing it."""
-    never, none = u[0] < -1.0, 0.0 * wo.z
     wi = lobe.mirrored(wo) if lobe.is_delta else lobe.warp(wo, *u)
-    lost = ~on_its_side(lobe, wi)[0]
-    return _Draw(wi, ~never, factor * chromatic.mirror(wo), lost) if lobe.is_delta else _Draw(wi, never, none, lost)
+    delta = (True, factor * chromatic.mirror(wo)) if lobe.is_delta else (False, 0.0)
+    return _Draw(wi, _height(lobe.sides, wi), *delta)
 
 
-def _sample_of_lobes(m: Hooks, mean: Hooks, wo: Direction, u0: Any, u1: Any, u2: Any = None) -> tuple[Any, ...]:
-    """Samples of light from either side, or with a third number, which then chooses the lobe."""
+def sample(m: Any, mean: Any, wo: Any, u: Any) -> tuple[Any, ...]:
+    """Of two numbers both draw from the lobe that the first one falls to; a third number chooses it by itself."""
+    wo, (u0, u1, *third) = Direction(*wo), u
     nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
-    if u2 is not None:
+    for u2 in third:
         nan = nan + (u2 - u2)
-    if m.sides == "front":
-        back: Any = 0.0 * wo.z
-        hidden, wo_up = served(wo)
-    else:
-        back, hidden, wo_up = upright(wo)
-        m, mean = m.turned(back), mean.turned(back)
+    behind, hidden, up, m, mean = from_viewer(wo, m, mean)
+    wo_up = select(hidden, NORMAL, up)
     shares, start = shares_of(mean, wo_up), 0.0
-    u1 = ops.where(u1 >= 1.0, _BELOW_ONE, u1)
-    chooser = u0 if u2 is None else u2
-    aside = third_of(u0, u1)
+    aside, u1 = third_of(u0, u1), ops.where(u1 >= 1.0, _BELOW_ONE, u1)
+    chooser = third[0] if third else u0
     draw: Any = None
     for (share, _), group, colours in zip(shares, together(mean), together(m), strict=True):
-        v = chooser if draw is None and len(shares) == 1 else ops.maximum((chooser - start) / share, 0.0)
-        u = (ops.minimum(u0 if u2 is not None else v, _BELOW_ONE), u1)
-        drawn = [
+        v = chooser if len(shares) == 1 else chooser / share if draw is None else (chooser - start) / share
+        v = v if draw is None else ops.maximum(v, 0.0)
+        u = (ops.minimum(u0 if third else v, _BELOW_ONE), u1)
+        part, *other = [
             _choice(x, factor / share, colour, wo_up, u)
             for (_, x), (factor, colour) in zip(group, colours, strict=True)
         ]
-        part = drawn[0]
-        if len(group) == 2:
-            part = drawn[1].unless((aside if u2 is None else v) < group[0][1].chance(part.wi, wo_up), part)
+        if other:
+            part = other[0].unless((v if third else aside) < group[0][1]._chance(part.wi, wo_up), part)
         draw = part if draw is None else draw.unless(chooser >= start, part)
         start = start + share
-    wi, mirrored, delta_weight, lost = draw
-    lost = lost | hidden
-    wi_safe = select(lost, NORMAL, wi)
-    pdf = _density(mean, shares, wi_safe, wo_up)
+    wi, height, mirrored, weight_of_delta = draw
+    lost = (height <= HORIZON) | hidden
+    pdf = ops.where(lost, 0.0, _density(mean, wi, hidden, lambda _: wo_up))
     useless = ~((pdf > 0.0) & (pdf < float("inf")))
-    weight = _total(m, wi_safe, wo_up) * ops.absolute(wi_safe.z) / ops.where(useless, 1.0, pdf)
-    weight = ops.where(mirrored, delta_weight, ops.where(useless, 0.0, weight))
-    wi = turned_over(back > 0.5, wi)
-    return (
-        Direction(wi.x + nan, wi.y + nan, wi.z + nan),
-        ops.where(lost, 0.0, weight) + nan,
-        ops.where(lost, 0.0, ops.where(mirrored, 1.0, pdf)) + nan,
-        mirrored & ~lost,
-    )
-
-
-def _delta(m: Hooks, wo: Direction, sides: str) -> tuple[Any, ...]:
-    """The share of the light that delta lobes of these sides send to wo."""
-    back, hidden, wo_up = upright(wo)
-    seen = m if m.sides == "front" else m.turned(back)
-    total = 0.0 * wo_up.z
-    for weight, lobe in seen.lobes():
-        if lobe.is_delta and lobe.sides == sides:
-            total = total + weight * lobe.mirror(wo_up)
-    return (with_holes(ops.where(hidden, 0.0, total) + _nan_of(wo), m),)
+    weight = ops.where(useless, 0.0, _f(m, wi, hidden, lambda _: wo_up) * height / ops.where(useless, 1.0, pdf))
+    delta = ~lost & mirrored
+    if mirrored is not False:
+        weight, pdf = ops.where(delta, weight_of_delta, weight), ops.where(delta, 1.0, pdf)
+    wi = turned_over(behind, wi)
+    return Direction(wi.x + nan, wi.y + nan, wi.z + nan), weight + nan, pdf + nan, delta
 
 
 F = Task(value, (VALUE,), (3, 3))
@@ -348,5 +279,7 @@ SAMPLE = {numbers: Task(sample, (VECTOR, VALUE, SCALAR, SCALAR), (3, numbers)) f
 """By how many uniform numbers there are."""
 MUELLER = Task(mueller, (MATRIX,), (3, 3))
 RERADIATION = Task(reradiation, (VALUE,), (3, 3))
-DELTA_REFLECTANCE, DELTA_TRANSMISSION = (Task(k, (VALUE,), (3,)) for k in (delta_reflectance, delta_transmission))
-DELTA_MUELLER, DELTA_MUELLER_ACROSS = (Task(k, (MATRIX,), (3,)) for k in (delta_mueller, delta_mueller_across))
+DELTA_REFLECTANCE, DELTA_TRANSMISSION = (Task(partial(delta, side=x), (VALUE,), (3,)) for x in ("front", "across"))
+DELTA_MUELLER, DELTA_MUELLER_ACROSS = (
+    Task(partial(delta_mueller, side=x), (MATRIX,), (3,)) for x in ("front", "across")
+)

@@ -6,7 +6,8 @@ wavelength that leaves and once with those of the one that arrives.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum
 from ..formula.text import shown
 from . import kernels
+from .calls import reflectances
+
+R = TypeVar("R", bound=Parametrised)
 
 
 class _Pairs(Parametrised):
@@ -42,6 +46,12 @@ def exchanges(m: Any) -> bool:
     True False
     """
     return bool(m.fluoresces) and (m.channels or 1) > 1
+
+
+def has_stand_in(m: Any) -> bool:
+    """Whether light is exchanged, and an ordinary material may stand in under some light: `under` needs wavelengths,
+    and one side."""
+    return exchanges(m) and m.wavelengths is not None and m.sides == "front"
 
 
 def pairs(m: Any, channels: int) -> _Pairs:
@@ -73,8 +83,39 @@ def _flat(between: Any) -> Any:
     return between if np.ndim(between) == 0 else between.reshape(*between.shape[:-2], -1)
 
 
-def matrix(m: Any, wi: Any, wo: Any) -> Any:
-    """See `Reflectance.reradiation`."""
+def fluoresces(m: Any) -> bool:
+    """Whether light may leave at another wavelength than it arrived at; a model that does this says `True`.
+
+    Example
+    >>> print(gn.Lambertian(0.5).fluoresces, gn.Donaldson([[0.2, 0.0], [0.3, 0.6]]).fluoresces)
+    False True
+    """
+    return any(part.fluoresces for part in reflectances(m).values())
+
+
+def reradiation(m: Any, wi: Any, wo: Any) -> Any:
+    """The bispectral matrix F of light that leaves at wavelength o and arrived at i: L_o = sum_i F[o, i] E_i.
+
+    E_i and L_o are irradiance and radiance of whole bands (on an even grid also their densities by wavelength). `f`
+    is the part that keeps its wavelength, and stands on the diagonal; without fluorescence the rest is 0. Elements
+    above the diagonal, where wavelengths ascend, take light from longer waves to shorter ones.
+
+    Shapes   wi, wo: (..., 3), broadcast against each other; result (..., C, C), the wavelength that leaves first.
+    Units    1/sr; 0 where a direction is below the horizon.
+    Error    rounding. 41 wavelengths take 13 kB for each pair of directions, in double precision.
+    Source   Donaldson 1954, Br. J. Appl. Phys. 5:210; with directions Hullin et al. 2010, ACM TOG 29(4):97.
+
+    Example
+    >>> ink = gn.Donaldson([[0.2, 0.0], [0.3, 0.6]], wavelengths=[400.0, 550.0])
+    >>> F = ink.reradiation([0, 0, 1], [0, 0, 1])
+    >>> print((np.pi * F @ [1.0, 0.0]).round(3))  # the radiance factor under violet light alone
+    [0.2 0.3]
+    """
+    require_passed_on(m)
+    return _matrix(m, wi, wo)
+
+
+def _matrix(m: Any, wi: Any, wo: Any) -> Any:
     channels = m.channels
     if channels is None:
         raise ParameterError(
@@ -83,17 +124,19 @@ def matrix(m: Any, wi: Any, wo: Any) -> Any:
         )
     require_wavelengths(m)
     if labelled.concern(m, (wi, wo)):
-        return labelled.call(lambda plain, *w: [matrix(plain, *w)], (PAIRS,), m, (wi, wo), (3, 3))[0]
+        return labelled.call(lambda plain, *w: [_matrix(plain, *w)], (PAIRS,), m, (wi, wo), (3, 3))[0]
     f = m.f(wi, wo)
     lib = ops.library(f)
     if not m.fluoresces:
         return lib.of_pairs(None, f, channels)
-    found = batch.run(kernels.RERADIATION, m._pairs, (wi, wo))[0]
+    if pairs not in m._derived:
+        m._derived[pairs] = pairs(m, channels)
+    between = batch.run(kernels.RERADIATION, m._derived[pairs], (wi, wo))[0]
     if lib.name == "numpy":
-        found = found.reshape((*lib.shape(f), channels))
-        np.einsum("...ii->...i", found)[...] += f
-        return found
-    return lib.of_pairs(found, f, channels)
+        between = between.reshape((*lib.shape(f), channels))
+        np.einsum("...ii->...i", between)[...] += f
+        return between
+    return lib.of_pairs(between, f, channels)
 
 
 def require_wavelengths(m: Any) -> None:
@@ -106,8 +149,25 @@ def require_wavelengths(m: Any) -> None:
             )
 
 
-def under(m: Any, light: Any, seen: Any) -> Any:
-    """See `Reflectance.under`."""
+def under(m: Any, light: Any, seen: Any = None) -> Any:
+    """The ordinary material that looks the same under light of a spectrum E: f = sum_i F[o, i] E_i / E_o.
+
+    It serves wherever a reflectance does, `gn.render` and `gn.albedo` among them. It may send back more light of a
+    wavelength than arrives: the albedo is the radiance factor of colour measurement, which fluorescence carries
+    above 1. `seen`: another spectrum in the place of E_o, under whose light the picture is to be computed; needed
+    where E has no light of a wavelength at which the material shines.
+
+    Shapes   light, seen: (C,), a number per wavelength of the material, or a `gn.Spectrum`.
+    Units    irradiance of a band, in any unit; seen: the same.
+    Raises   ParameterError for negative light, spectra that end too early, and where `seen` is 0.
+
+    Example
+    >>> ink = gn.Donaldson([[0.2, 0.0], [0.3, 0.6]], wavelengths=[400.0, 550.0])
+    >>> print(gn.albedo(ink.under([1.0, 1.0]), [0, 0, 1]).round(3))
+    [0.2 0.9]
+    >>> print(gn.albedo(ink.under([5.0, 1.0]), [0, 0, 1]).round(3))
+    [0.2 2.1]
+    """
     if m.channels is None:
         raise ParameterError(
             f"under: {m!r:.60} has no channel axis, and fluorescence exchanges light between wavelengths; expected "
@@ -121,7 +181,38 @@ def under(m: Any, light: Any, seen: Any) -> Any:
             f"under: no light {dark}, so that there is no factor by which more or less of it leaves; expected light at "
             f"all wavelengths, or seen=..., the light of the picture: m.under(E, seen=np.ones({len(E)}))"
         )
-    return m if seen is None and not m.fluoresces else CLASSES["UnderLight"](m, E, for_light)
+    if seen is None and not m.fluoresces:
+        return m
+    return CLASSES["UnderLight"](m, E, for_light)
+
+
+def require_passed_on(m: Any, channels: int | None = None) -> None:
+    """Raises ParameterError where a part fluoresces, and the model around it does not say where that light goes, or
+    the part does not fit this material's bands."""
+    channels = channels or m.channels or 1
+    m._require_bands(channels)
+    for inner in reflectances(m).values() if m.fluoresces else ():
+        if inner.fluoresces and type(m).reradiated is CLASSES["Reflectance"].reradiated:
+            raise ParameterError(
+                f"{type(m).__name__}: {inner!r:.60} in it fluoresces, and this model does not say where that "
+                f"light goes; expected it in a sum, a product, Rotated or Coated, or a model with reradiated"
+            )
+        require_passed_on(inner, channels)
+
+
+def require_bands(m: Any, channels: int) -> None:
+    """Raises ParameterError where numbers of a model do not fit so many bands; overridden where they may not."""
+
+
+def with_rounds(m: R, matrix: Callable[[str, Any], Any], prefix: str = "") -> R:
+    """With `matrix(path, coat)` in each coat that sends light back to a dye, where it may excite again: what goes to
+    and fro takes part in all wavelengths at once, and formulas know two."""
+    changes: dict[str, Any] = {}
+    for name, inner in reflectances(m).items():
+        new = inner._with_rounds(matrix, f"{prefix}{name}.") if inner.fluoresces else inner
+        if new is not inner:
+            changes[name] = new
+    return m._changed(changes) if changes else m
 
 
 def warn_of_reradiation(m: Any, instead: str) -> None:

@@ -1,10 +1,32 @@
-"""Results of a reflectance that are several arrays: what `sample` draws, and what `jacobian` differentiates."""
+"""What calls and hooks of a reflectance return together: samples, derivatives, hints for quadrature."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
 from ..declared.notebooks import repr_html
+from ..formula.distribution import Spread
+
+
+class Hints(NamedTuple):
+    """What a lobe tells quadrature of itself.
+
+    seam    the value of u0 at which `warp` jumps from one strategy to another, or 0: quadrature splits there
+    kinks   sines of the angles in front at which f has kinks, beside that at which its `index` reflects all light
+    spread  how the slopes of a smooth lobe's mirror facets spread: quadrature over the hemisphere then runs in
+            coordinates of half vectors, see `integrals/half_vectors.py`; None for any other lobe
+
+    Example
+    >>> print(gn.Microfacet(gn.GGX(0.1, 0.4)).hints.spread, gn.Lambertian(0.5).hints.seam)
+    Spread(alpha_x=0.1, alpha_y=0.4, reach=inf) 0.0
+    """
+
+    seam: float = 0.0
+    kinks: tuple[float, ...] = ()
+    spread: Spread | None = None
+
+
+NO_HINTS = Hints()
 
 
 class Sample(NamedTuple):

@@ -9,13 +9,55 @@ import numpy as np
 
 from ..arrays import ops
 from ..errors import REFUSALS, ParameterError, shown
-from ._hooks import Hooks
 
 
-def sides_of(parts: Iterable[Hooks]) -> str:
+def sides_of(parts: Iterable[Any]) -> str:
     """The sides of a sum: those of its terms, where they all have the same, else "both"."""
     each = {part.sides for part in parts}
     return each.pop() if len(each) == 1 else "both"
+
+
+def hemispheres(m: Any) -> tuple[float, ...]:
+    """The signs of z where light and viewer may be: above the surface, and below it of what is not of one side."""
+    return (1.0,) if m.sides == "front" else (1.0, -1.0)
+
+
+def said_of_sides(m: Any) -> dict[str, str]:
+    """A fact of a material that is lit or seen elsewhere than in front; none where that goes without saying."""
+    return {} if m.sides == "front" else {"sides": str(m.sides)}
+
+
+def refuse_transmission(m: Any, message: str) -> None:
+    """Raises ParameterError with this message for what is not lit and seen in front alone."""
+    if m.sides != "front":
+        raise ParameterError(message)
+
+
+def require_finite(m: Any, expected: str = "a model whose f is finite, of one side") -> None:
+    """Raises ParameterError for a perfect mirror, and for what is not lit and seen in front alone."""
+    if m.has_delta or m.sides != "front":
+        what = "a perfect mirror" if m.has_delta else "it transmits light"
+        raise ParameterError(f"{m!r:.80}: {what}; expected {expected}")
+
+
+def is_lit(m: Any, z: Any) -> Any:
+    """Whether light, or a viewer, so high above the surface can count; below it for what is not of one side."""
+    return z > 0.0 if m.sides == "front" else z > -2.0
+
+
+def lit_sides(m: Any) -> tuple[str, ...]:
+    """The sides, "front" or "across", that light comes from, as a viewer above the surface sees it."""
+    return ("front", "across") if m.sides == "both" else (m.sides,)
+
+
+def sign_of_light(lobe: Any) -> float:
+    """The sign of z for the light of a lobe, where the viewer is above the surface."""
+    return -1.0 if lobe.sides == "across" else 1.0
+
+
+def lit_behind(m: Any) -> str:
+    """Why a material cannot be what is lit and seen in front only; nothing where it can."""
+    return "" if m.sides == "front" else "it transmits light; expected a reflectance lit and seen in front only"
 
 
 def choose(back: Any, behind: Any, before: Any) -> Any:

@@ -19,7 +19,7 @@ from ..formula.mueller import Mueller
 from ..formula.state import inferred, state
 from ..formula.text import shown
 from .reflectance import Reflectance
-from .reradiation import require_wavelengths
+from .reradiation import require_passed_on, require_wavelengths
 
 
 class _OverBands(Reflectance):
@@ -43,7 +43,7 @@ class _OverBands(Reflectance):
 
     def validate(self) -> None:
         kind, count = type(self).__name__, self.of.channels
-        self.of._require_passed_on()
+        require_passed_on(self.of)
         if count is None:
             raise ParameterError(f"{kind}({self.of!r:.60}): it has no channel axis; expected wavelengths: m.at([...])")
         numbers = {path: x for path, _, x, _ in tree.numbers(self.of)}

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.reflectance import Reflectance, Scaled, Sum
+from ..base.reflectance import Reflectance
+from ..base.sums import Scaled, Sum
 from ..base.textured import require_numbers
 from ..errors import ParameterError
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..base.sides import refuse_transmission
 from ..declared.arguments import checked
 from ..distributions.ggx import GGX
 from ..errors import ParameterError
@@ -54,8 +55,10 @@ def text(m: Reflectance, name: str = "gonio") -> str:
     parts = terms(m)
     if len(parts) == 1:
         return _line(name, *_material(m, *parts[0]))
-    if len(parts) != 2 or any(part.sides != "front" for _, part in parts):
+    if len(parts) != 2:
         raise refusal(m, "pbrt", HOLDS, INSTEAD)
+    for _, part in parts:
+        refuse_transmission(part, str(refusal(m, "pbrt", HOLDS, INSTEAD)))
     amount = _amount(m, parts)
     shares = (1.0 - amount, amount)
     lines = [

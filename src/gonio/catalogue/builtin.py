@@ -163,7 +163,7 @@ def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) 
                 f"replace(...){other}"
             )
         r = _fits()[entry.name]
-        return Lambertian(r[:3]) + tree.with_notes(ABC(r[3:6], r[6], r[7], r[8]), numbers_from=entry.source)
+        return Lambertian(r[:3]) + tree.with_notes(ABC(r[3:6], r[6], r[7], r[8]), _numbers_from=entry.source)
     return _polished(entry, POLISHED if alpha is None else alpha, wavelengths)
 
 
@@ -250,7 +250,7 @@ def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
     m: Reflectance = IdealSpecular(fresnel) if mirror else Microfacet(GGX(alpha), fresnel)
     if wavelengths is not None and np.ndim(n):
         m = tree.with_notes(m, channel_names=tuple(float(w) for w in wavelengths))
-    return tree.with_notes(m, numbers_from=entry.source)
+    return tree.with_notes(m, _numbers_from=entry.source)
 
 
 @cache

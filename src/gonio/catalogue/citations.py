@@ -16,7 +16,8 @@ from typing import Any
 
 from ..base.measured import Measured
 from ..base.provenance import formats_read
-from ..base.reflectance import Reflectance, Scaled, Sum
+from ..base.reflectance import Reflectance
+from ..base.sums import Scaled, Sum
 from ..declared.discover import docstring
 from ..errors import NotFoundError, ParameterError, shown
 from ..formats import formats
@@ -63,8 +64,8 @@ def _named(m: Any) -> Iterator[tuple[str, str]]:
 
 def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
     """Names and sources of a material's numbers and of its classes, part by part."""
-    if isinstance(m, Reflectance) and m.numbers_from:
-        yield f"numbers of {type(m).__name__}", m.numbers_from
+    if isinstance(m, Reflectance) and m._numbers_from:
+        yield f"numbers of {type(m).__name__}", m._numbers_from
     if not isinstance(m, (Sum, Scaled)):
         yield type(m).__name__, next((s for kind in type(m).__mro__ if (s := _source(kind))), "")
     if isinstance(m, Measured) and m.provenance:

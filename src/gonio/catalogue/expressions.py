@@ -18,7 +18,8 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from ..base.light import Light
-from ..base.reflectance import Reflectance, Scaled, sum_of
+from ..base.reflectance import Reflectance
+from ..base.sums import Scaled, Sum
 from ..declared.arguments import checked
 from ..errors import DependencyError, Error, ExpressionError
 from ..formats import load
@@ -92,7 +93,7 @@ def _opened(make: Callable[..., Any], arguments: list[Any], named: dict[str, Any
 
 
 def _added(terms: list[Any]) -> Any:
-    return sum_of(terms) if len(terms) > 1 else terms[0]
+    return Sum.joined(terms) if len(terms) > 1 else terms[0]
 
 
 class _ExpressionReader:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import click
 
 from ..declared.version import __version__
-from ..facts.public import asked_of_one
 from . import (
     albedo,
     check,
@@ -29,7 +28,8 @@ from . import (
     show,
     view,
 )
-from .terminal import CommandGroup, echo, streams
+from .group import CommandGroup, streams
+from .terminal import echo
 
 _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
@@ -44,28 +44,7 @@ gonio --help for all; gonio COMMAND --help for one of them."""
 """What is said to those who do not say what they want: the three most useful commands."""
 
 
-class _Gonio(CommandGroup):
-    """The commands that are written, and those that are public functions."""
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command of this name."""
-        from .functions import command_of
-
-        return super().get_command(ctx, cmd_name) or command_of(cmd_name)
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command of these words, and its own; where there is none, names like it."""
-        try:
-            return super().resolve_command(ctx, args)
-        except click.exceptions.NoSuchCommand as error:
-            functions = [name.replace("_", "-") for name in asked_of_one()]
-            names = sorted({*self.commands, *functions})
-            raise click.exceptions.NoSuchCommand(error.command_name, possibilities=names, ctx=ctx) from None
-
-
-@click.group(name="gonio", cls=_Gonio, invoke_without_command=True, context_settings=_SETTINGS)
+@click.group(name="gonio", cls=CommandGroup, invoke_without_command=True, context_settings=_SETTINGS)
 @click.version_option(__version__, message="gonio %(version)s")
 @click.pass_context
 def cli(ctx: click.Context) -> None:

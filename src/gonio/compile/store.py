@@ -142,14 +142,14 @@ def _as_imported(before: str, now: Callable[[], str]) -> bool:
 
 
 def _sources() -> str:
-    """A digest of the modules of the compiler and of graphs; "" where they are no files."""
+    """A digest of the modules of the compiler, of graphs and of operations; "" where they are no files."""
     here = os.path.dirname(__file__)
 
     def fail(error: OSError) -> None:
         raise error
 
     try:
-        folders = [here, os.path.join(here, "..", "trace")]
+        folders = [here, *(os.path.join(here, "..", room) for room in ("trace", "arrays"))]
         walks = [walk for folder in folders for walk in os.walk(folder, onerror=fail)]
     except OSError:
         return ""

@@ -21,6 +21,7 @@ from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
 from ..formats import FormatName, load, write, writer
 from ..formats._options import options as options_of
+from ..formats._sides import whole
 from ..formula.text import labelled, percent
 from ..integrals.photons import exchanged_in_words
 from ..models._quarters import QUARTERS, quarters
@@ -130,7 +131,7 @@ def convert(m: Reflectance, path: str | os.PathLike, format: FormatName | None =
     path = Path(path)
     module = writer(path, format)
     write(m, path, module, options)
-    made = load(path, **({"side": "both"} if m.sides != "front" and "side" in options_of(module.read) else {}))
+    made = load(path, **whole(m, options_of(module.read)))
     names = _names(m), _names(made)
     compared = _colours(*names) or _common(*names) or _in_order(*names)
     pairs = _quarters(m, made)
@@ -153,8 +154,6 @@ def convert(m: Reflectance, path: str | os.PathLike, format: FormatName | None =
 
 def _quarters(m: Reflectance, made: Reflectance) -> dict[str, tuple[Reflectance, Reflectance]]:
     """What is compared: both, or their parts as in a `Sheet`, black where one has none."""
-    if m.sides == made.sides == "front":
-        return {"front": (m, made)}
     before, after = quarters(m), quarters(made)
     black = Lambertian(0.0)
     return {q: (before.get(q, black), after.get(q, black)) for q in QUARTERS if q in before or q in after}

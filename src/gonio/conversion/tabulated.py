@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..base.angles import lattice_pairs
+from ..base.calls import breaches
 from ..base.measured import tabular_shape
 from ..base.provenance import derived
 from ..base.reflectance import Reflectance
@@ -72,9 +73,18 @@ def tabulate(
     half_difference (90, 46, 36)
     """
     warn_of_reradiation(m, "gn.save(m, 'm.json')")
-    if m.sides != "front":
-        named: dict[str, Any] = {"resolution": resolution, "anisotropic": anisotropic, "channels": channels}
-        return sheet_of({q: tabulate(part, parameterization, **named) for q, part in quarters(m).items()})
+    tables = {q: _table(part, parameterization, resolution, anisotropic, channels) for q, part in quarters(m).items()}
+    return sheet_of(tables)
+
+
+def _table(
+    m: Reflectance,
+    parameterization: str,
+    resolution: Sequence[int] | None,
+    anisotropic: bool | None,
+    channels: Sequence[int] | None,
+) -> Any:
+    """The table of what is reflected in front."""
     shape, system = tabular_shape(m), angle_system(parameterization)
     if system.tabulated is None:
         offered = " or ".join(repr(name) for name, other in SYSTEMS.items() if other.tabulated)
@@ -102,7 +112,7 @@ def tabulate(
         about={"made_of": repr(m)},
     )
     error = resampling_error(m, table, chosen.numbers)
-    breaks = {**Tabulated.breaks, **m.breaches()}
+    breaks = {**Tabulated.breaks, **breaches(m)}
     return tree.with_notes(table, provenance=derived(m), breaks=breaks, error=error)
 
 

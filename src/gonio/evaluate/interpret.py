@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..arrays import ops
+from ..arrays.operations import OPERATORS
 from ..arrays.packets import shot
-from ..trace.graph import COMPARISONS, INDEX, MASK, Graph
+from ..trace.graph import INDEX, MASK, Graph
 
-_OPERATORS: dict[str, Callable[..., Any]] = {
-    **{name: getattr(operator, name) for name in ("add", "sub", "mul", "neg", "xor", *COMPARISONS)},
-    "div": operator.truediv,
-    "and": operator.and_,
-    "or": operator.or_,
-    "select": np.where,
-    "stop": lambda x: x,
-}
+_OPERATORS: dict[str, Callable[..., Any]] = {**OPERATORS, "select": np.where, "stop": lambda x: x}
 
 
 def evaluate(

@@ -75,7 +75,7 @@ def _title(given: Given, m: Reflectance) -> str:
 
 def _source(about: Mapping[str, Any], m: Reflectance, told: Sequence[Mapping[str, str]]) -> str:
     """Where the numbers and the formulas are from."""
-    sources = [about["source"]] if "source" in about else [m.numbers_from, *(x["source"] for x in told)]
+    sources = [about["source"]] if "source" in about else [m._numbers_from, *(x["source"] for x in told)]
     return "; ".join(dict.fromkeys(x.rstrip(".") for x in sources if x))
 
 

@@ -14,12 +14,14 @@ import numpy as np
 
 from ..arrays.kinds import with_channels
 from ..base.angles import direction, lattice_pairs
+from ..base.calls import breaches
 from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.provenance import size_of
 from ..base.reflectance import Reflectance
 from ..base.reradiation import exchanges
 from ..base.shown_channels import is_rgb, shown_as
+from ..base.sides import said_of_sides
 from ..catalogue import builtin
 from ..errors import MissingDataWarning, ToleranceWarning
 from ..formula import tree
@@ -56,12 +58,11 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     places = map_shape(m)
     if places:
         result["places"] = list(places)
-    if m.sides != "front":
-        result["sides"] = str(m.sides)
+    result |= said_of_sides(m)
     result["has_delta"] = bool(m.has_delta)
-    result["breaks"] = m.breaches()
+    result["breaks"] = breaches(m)
     if exchanges(m):
-        result["fluorescence"] = _fluorescence(m)
+        result["fluorescence"] = _fluorescence(m, known=not result.keys() & {"places", "sides"})
     if computed and not places:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MissingDataWarning)  # the facts say what is missing
@@ -69,10 +70,9 @@ def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
     return result | settable(m)
 
 
-def _fluorescence(m: Reflectance) -> str:
-    """What f does not show of a material that fluoresces."""
+def _fluorescence(m: Reflectance, known: bool) -> str:
+    """What f does not show of a material that fluoresces; `known`: how much that is."""
     kept = "f, and albedos without a light, are of the light that keeps its wavelength"
-    known = not map_shape(m) and m.sides == "front"
     return f"{kept}; at another: {exchanged_in_words(m)}" if known else kept
 
 

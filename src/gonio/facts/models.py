@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from ..base.reflectance import Reflectance, Scaled, Sum
+from ..base.reflectance import Reflectance
+from ..base.sums import Scaled, Sum
 from ..declared import discover
 from ..formula.distribution import Distribution
 from ..formula.fields import Field, Option, Param, Part, Wavelengths

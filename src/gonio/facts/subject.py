@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..base.measured import Measured
-from ..base.reflectance import Reflectance, Scaled, Sum
+from ..base.reflectance import Reflectance
+from ..base.sums import Scaled, Sum
 from ..catalogue import builtin
 from ..catalogue.expressions import read
 from ..declared.namespace import places_of

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..base.sides import said_of_sides
 from ..declared.arguments import checked
 from ..errors import ParameterError, TraceError
 from ..integrals.efficiency import VIEWS, sampling_efficiency
@@ -144,7 +145,7 @@ def _isotropy(axes: Any, m: Reflectance) -> None:
 
 
 def _energy(axes: Any, m: Reflectance) -> None:
-    if m.sides != "front":
+    if said_of_sides(m):
         draw_fate(axes, m)
         axes.set_title("energy: what becomes of light", pad=18.0)
         return
@@ -170,7 +171,9 @@ def _energy(axes: Any, m: Reflectance) -> None:
 
 
 def _cavity(axes: Any, m: Reflectance) -> None:
-    if m.sides != "front":
+    try:
+        cavity.refuse_plates(m)
+    except ParameterError:
         axes.set_axis_off()
         axes.text(0.5, 0.5, "cavity: left out,\nlight leaves through the plates", ha="center", va="center", color=GREY)
         return

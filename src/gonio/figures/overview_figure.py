@@ -15,6 +15,7 @@ from ..base.light import Light
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_coloured, shown_as
+from ..base.sides import said_of_sides
 from ..declared.arguments import Declared, checked
 from ..errors import ParameterError
 from ..evaluate.tracing import at_most
@@ -128,10 +129,10 @@ def portrait(
             picture = render(m, lights, size=PORTRAIT, samples=SAMPLES)
         _sphere(figure.add_subplot(grid[0]), m, picture)
         beside = figure.add_subplot(grid[1])
-        if m.sides == "front":
-            draw_polar(beside, of_one(m))
-        else:
+        if said_of_sides(m):
             draw_fate(beside, m)
+        else:
+            draw_polar(beside, of_one(m))
         for axes in figure.axes:
             axes.set_title("")
     return figure

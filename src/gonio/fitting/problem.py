@@ -13,6 +13,7 @@ import numpy as np
 from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE
 from ..base.reflectance import Reflectance
+from ..base.sides import require_finite
 from ..declared.arguments import checked
 from ..errors import NotFoundError, ParameterError, ShapeError, TraceError, needed
 from ..evaluate import batch
@@ -365,9 +366,7 @@ def make_problem(
         raise ParameterError(f"loss='ratio': {count} values are 0 or less; expected f > 0, or loss='log'")
     if loss == "log" and (1.0 + rows.f * rows.wi[:, 2:])[rows.valid].min() <= 0.0:
         raise ParameterError("loss='log': f cos(theta_i) reaches -1; expected values above that, or loss='cosine'")
-    if model.sides != "front" or model.has_delta:
-        what = "a perfect mirror" if model.has_delta else "it transmits light"
-        raise ParameterError(f"{model!r:.80}: {what}; expected a model whose f is finite, of one side")
+    require_finite(model)
     try:
         free = unknowns(model, rows.f.shape[1], *fitted)
     except TraceError as error:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base.frames import from_half_difference
 from ..base.reflectance import Reflectance
+from ..base.sides import refuse_transmission
 from ..declared.numbers import numbers
 from ..errors import MissingDataWarning, ParameterError, ShapeError, shown, warn
 from ..formats import load
@@ -159,10 +160,9 @@ def _of_frame(frame: Any) -> Reflectance:
 
 
 def _of_reflectance(m: Reflectance) -> Rows:
-    if m.sides != "front":
-        raise ParameterError(
-            f"{m!r:.80}: it transmits light; a fit is of one side: gn.Across and gn.Sheet hold the parts"
-        )
+    refuse_transmission(
+        m, f"{m!r:.80}: it transmits light; a fit is of one side: gn.Across and gn.Sheet hold the parts"
+    )
     names, source = m.channel_names, f"{m!r:.80}"
     if isinstance(m, Scattered):
         rows = m.rows

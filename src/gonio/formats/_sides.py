@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Any
@@ -73,13 +73,29 @@ def joined(parts: Mapping[str, Reflectance], side: str | None) -> Any:
     return sheet_of(parts)
 
 
+def is_part(m: Reflectance) -> bool:
+    """Whether a reflectance is lit and seen in front only: one part, with no others beside it to be written."""
+    return m.sides == "front"
+
+
+def read_as(m: Reflectance) -> Iterator[tuple[Reflectance, tuple[str, ...]]]:
+    """The parts of a reflectance, each with the quarters of a file that it may have been: alone, of either side."""
+    for quarter, part in quarters(m).items():
+        yield part, ("front", "back") if part is m else (quarter,)
+
+
+def whole(m: Reflectance, options: Collection[str]) -> dict[str, str]:
+    """Those of a reader's options with which it reads all parts of a reflectance."""
+    return {} if is_part(m) else {name: "both" for name in ("side",) if name in options}
+
+
 def same_from_both(m: Reflectance, format: str) -> dict[str, Reflectance]:
     """Reflection ("front") and transmission ("forward") of a reflectance, for formats that name no side.
 
     Raises ParameterError where one that is not in front only differs between the sides.
     """
     parts = quarters(m)
-    if m.sides == "front":
+    if is_part(m):
         return parts
     for one, other in (("front", "back"), ("forward", "backward")):
         if (one in parts) != (other in parts) or (one in parts and not _alike(parts[one], parts[other])):
@@ -103,7 +119,7 @@ def _alike(a: Reflectance, b: Reflectance) -> bool:
 
 def refuse(m: Reflectance, module: ModuleType, formats: Collection[ModuleType]) -> None:
     """Raises ParameterError for a reflectance on both sides, where a format holds what is reflected in front only."""
-    if m.sides == "front" or getattr(module, "TRANSMITS", False):
+    if is_part(m) or getattr(module, "TRANSMITS", False):
         return
     both = [other for other in formats if getattr(other, "TRANSMITS", False) and hasattr(other, "write")]
     able = ", ".join(other.NAME for other in both if not hasattr(other, "same_from_both"))

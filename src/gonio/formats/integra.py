@@ -258,12 +258,12 @@ def write(
     >>> print(gn.load("white.ddr").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
-    if m.sides != "front" or _is_transmission(path):
-        parts = same_from_both(m, NAME)
-        if {*parts} != {"forward"} or not _is_transmission(path):
-            rule = ".ddt files are transmission, .ddr files reflection in front; save each in a file of its own"
-            raise ParameterError(f"{path}: {m!r:.80}: {rule}")
+    parts = same_from_both(m, NAME)
+    if _is_transmission(path) and {*parts} == {"forward"}:
         m = as_lit(parts["forward"])
+    elif _is_transmission(path) or parts.get("front") is not m:
+        rule = ".ddt files are transmission, .ddr files reflection in front; save each in a file of its own"
+        raise ParameterError(f"{path}: {m!r:.80}: {rule}")
     if isinstance(m, Gridded) and m.parameterization == "specular" and resolution is None:
         table = m
     else:

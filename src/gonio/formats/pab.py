@@ -20,6 +20,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..base.sides import hemispheres
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..models.sheet import Sheet
@@ -138,7 +139,7 @@ def write(
     >>> print(gn.load("white.pab").f_angles(0.5, 0.0, 0.3, 1.0).round(4))
     0.1592
     """
-    if m.sides == "front" and incident is not None and incident[0] > LEVEL:
+    if incident is not None and incident[0] > LEVEL and -1.0 not in hemispheres(m):
         raise ParameterError(f"incident={incident}: light from behind; expected theta_i of at most pi/2 = 1.5708")
     pairs = rows_of(m, resolution, (QUANTITIES["bsdf"], QUANTITIES["dsf"]), incident)
     if pairs.channels not in (None, CHANNELS):

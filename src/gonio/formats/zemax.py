@@ -244,8 +244,7 @@ def write(
 
 def _one_kind(m: Reflectance, kind: str | None) -> tuple[Reflectance, str]:
     """The reflection or the transmission of a material. Raises ParameterError where it has not that, or both."""
-    parts = same_from_both(m, NAME) if m.sides != "front" else {"front": m}
-    there = {KINDS[name == "forward"]: part for name, part in parts.items()}
+    there = {KINDS[name == "forward"]: part for name, part in same_from_both(m, NAME).items()}
     kind = kind or (next(iter(there)) if len(there) == 1 else None)
     if kind not in there:
         rule = "expected one of them: kind='BRDF' or kind='BTDF'" if kind is None else f"expected {' or '.join(there)}"

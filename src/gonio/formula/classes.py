@@ -140,3 +140,12 @@ def parameter_lines(cls: Any) -> list[str]:
 def _with_default(field: Field) -> str:
     tied = isinstance(field, Param) and isinstance(field.default, str)
     return "" if field.default is None else f" = {field.default if tied else repr(field.default)}"
+
+
+def to_write(cls: type, method: str) -> str:
+    """What to write in a class: "write def formula(self, wi, wo) in it: f [1/sr] for directions above ..."."""
+    function = getattr(cls, method, None)
+    if not inspect.isfunction(function):
+        return f"write {method} in the class"
+    arguments, doc = ", ".join(inspect.signature(function).parameters), (function.__doc__ or "").partition("\n\n")[0]
+    return f"write def {method}({arguments}) in the class: {' '.join(doc.split())}"

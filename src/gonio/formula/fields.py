@@ -219,7 +219,7 @@ class Part(Field):
     def __init__(self, kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None, sides: str):
         super().__init__(default, doc)
         self.kind: type[Any] = kind
-        self.coerce, self.sides = coerce, sides
+        self.coerce, self.is_one_sided = coerce, sides == "front"
         self.range = self.accepts = kind.__name__ if coerce is None else _annotation(coerce)
 
     def check(self, owner: str, value: Any) -> Any:
@@ -228,10 +228,9 @@ class Part(Field):
         if not isinstance(value, self.kind):
             rule = f"expected a {self.kind.__name__} ({self.doc}): one of {subclasses(self.kind)}"
             raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule}")
-        if self.sides == "front" and hasattr(self.kind, "sides") and value.sides != "front":
-            rule = f"it transmits light; expected a reflectance lit and seen in front only ({self.doc})"
+        if self.is_one_sided and (rule := value._lit_behind):
             advice = "gn.TwoSided, gn.Sheet and sums take those that transmit"
-            raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule}; {advice}")
+            raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule} ({self.doc}); {advice}")
         return value
 
 

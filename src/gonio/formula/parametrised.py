@@ -1,33 +1,35 @@
-"""Values made of declared parameters: what their classes declare, their parameters, replacing by dotted path.
+"""Values made of declared parameters: what their classes declare, how they are made and changed, their parameters.
 
-How they are made is in `_making.py`, what each of them holds in `value.py`, and functions of all in `tree.py`.
+What each of them holds is in `value.py`, and functions of all are in `tree.py`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cache
 from types import NoneType
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from ..arrays import Fixed
-from ..errors import ParameterError, UnwrittenError
-from . import tree
-from ._making import Made, to_write
-from .classes import Docstring, register
+from ..arrays import Fixed, labels
+from ..arrays.labels import Labels
+from ..errors import NotFoundError, ParameterError, TooLargeError, UnwrittenError
+from . import axes, tree
+from .bounds import EVALUATIONS, NESTED
+from .classes import ConstructorSignature, Docstring, register, to_write
 from .exchange import Exchange
-from .fields import Field, Numbers, Ours, Param, Parameter, Part, Table, Wavelengths
+from .fields import Field, Numbers, Ours, Param, Parameter, Part, Table, Wavelengths, subclasses
 from .spectrum import Spectrum, as_wavelengths, interpolated
-from .state import Beside
-from .text import shown
+from .state import Beside, derived
+from .text import shown, unknown
 from .value import Value
 
 _PLAIN = (float, int, np.ndarray, list, tuple, np.float64, np.float32)
 """Types of numbers that are neither masked, nor named, nor of another library."""
 
 
-class Parametrised(Made):
+class Parametrised(Value):
     """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields.
 
     A class says more of itself where it names its base; those derived from it say the same, unless they write it anew.
@@ -56,6 +58,13 @@ class Parametrised(Made):
     _reflects: ClassVar[str] = "gn.Lambertian(0.5)"
     """What messages advise to write where it is given for a reflectance; {} stands for it."""
     _has_text: ClassVar[bool] = True
+    _repeats: ClassVar[int] = 1
+    """The number of times that formulas of this class evaluate those of its parts, in other directions each time."""
+
+    _costs: ClassVar[int] = 0
+    """The cost of the formulas of this class beside their parts, in simple formulas."""
+    _lit_behind: ClassVar[Any] = ""
+    """Why it cannot be what is lit and seen in front only; nothing where it can."""
 
     def __init_subclass__(
         cls,
@@ -85,6 +94,124 @@ class Parametrised(Made):
         cls._beside = {name: x for name, x in declared.items() if isinstance(x, Beside)}
         cls.__doc__ = Docstring(vars(cls).get("__doc__"))  # type: ignore[assignment]  # composed when it is read
         register(cls)
+
+    # How it is made.
+
+    __signature__ = ConstructorSignature()
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        class_name, fields, settable = type(self).__name__, self.fields, self._settable()
+        if missing := self._unwritten():
+            finished = subclasses(type(self))
+            advice = f"use one of {finished}" if finished else "; ".join(to_write(type(self), x) for x in missing)
+            raise ParameterError(f"{class_name}(): an abstract base, without {' and '.join(missing)}; {advice}")
+        if len(args) > len(settable):
+            names = ", ".join(settable)
+            raise ParameterError(f"{class_name}: got {len(args)} values, expected at most {len(settable)}: {names}")
+        declared = {n: kwargs.pop(n) for n in self._declares if n in kwargs and n not in fields}
+        values, aliases = dict(zip(settable, args, strict=False)), self._aliases()
+        for name, value in kwargs.items():
+            target = aliases.get(name, name)
+            if target not in fields:
+                allowed = [*settable, *aliases]
+                raise NotFoundError(unknown(class_name, name, allowed) + self._of_a_part(name))
+            if target in values:
+                raise ParameterError(f"{class_name}: {target} is given twice")
+            values[target] = value
+        self._set(values)
+        self.validate()
+        self._take(declared)
+
+    def _take(self, declared: dict[str, Any]) -> None:
+        """Become what arguments that are no fields say, see `_declares`; for constructors alone."""
+        arguments = {name: value for name, value in declared.items() if value is not None}
+        if arguments:
+            attributes = dict(self._declared(**arguments).__dict__)
+            self.__dict__.clear()
+            self.__dict__.update(attributes)
+
+    def _declared(self, **arguments: Any) -> Self:
+        """A copy that arguments which are no fields have changed."""
+        return self
+
+    @classmethod
+    @cache
+    def _unwritten(cls) -> list[str]:
+        """The abstract methods that neither this class nor a base of it writes: those of an abstract base."""
+        names = [n for base in cls.__mro__ for n, x in vars(base).items() if getattr(x, "__isabstractmethod__", False)]
+        return [name for name in names if getattr(getattr(cls, name), "__isabstractmethod__", False)]
+
+    @classmethod
+    def _of_a_part(cls, name: str) -> str:
+        """A hint, where a part that the class has by default knows a name that the class does not."""
+        for part_name, field in cls.fields.items():
+            if isinstance(field, Part) and field.default is not None:
+                part = field.check(cls.__name__, field.default)
+                if name in part.fields or name in part._aliases():
+                    return f"; write {part_name}={type(part).__name__}({name}=...)"
+        return ""
+
+    def _set(self, values: dict[str, Any], **changes: dict[str, Field]) -> None:
+        """Check and store values of fields, or their defaults. `changes`: `fields=...`, if not the class's own."""
+        self.__dict__.update(changes)
+        attributes, tied, holed, named = self.__dict__, {}, set(), {}
+        for name, field in self.fields.items():
+            value = values.get(name, field.default)
+            if isinstance(field, Param) and isinstance(value, str) and value == field.default:
+                tied[name] = value
+                value = attributes[value]
+            elif not (isinstance(field, Table) and value is None):
+                if isinstance(field, Param) and labels.is_named(value):
+                    value, named[name] = labels.taken(value, f"{type(self).__name__}({name})", ParameterError)
+                value = self._fitting(field, value)
+            attributes[name] = value
+            if isinstance(field, Param) and isinstance(value, np.ndarray) and np.isnan(value).any():
+                holed.add(name)
+        attributes.update(_tied=tied)
+        if any(labels.is_lazy(v) or getattr(v, "_lazy", False) for v in attributes.values()):
+            attributes["_lazy"] = True
+        axes.lay(self, named)
+        attributes.update(_holed=frozenset(holed), _derived={}, _alike={}, _kept=self._keep())
+        self._check_size()
+
+    def _fitting(self, field: Field, value: Any) -> Any:
+        """The value of a field, checked. Raises TooLargeError where there is no memory for it."""
+        class_name = type(self).__name__
+        try:
+            return field.check(class_name, value)
+        except TooLargeError:
+            raise
+        except MemoryError:
+            argument = f"{class_name}({field.name}={shown(value)})"
+            raise TooLargeError(f"{argument}: no memory for it; expected fewer numbers") from None
+
+    _unlabelled = derived(axes.unlabelled)
+    """The same without names of axes, for computations on plain arrays."""
+
+    def _name_channels(self, whole: Labels) -> None:
+        """Take over names of channels. Overridden where there are any."""
+
+    @derived
+    def _size(self) -> tuple[int, int]:
+        """The depth of nested parts, and the number of formulas to evaluate."""
+        sizes = [part._size for part in tree.components(self)]
+        evaluations = self._costs + self._repeats * sum(n for _, n in sizes)
+        return 1 + max((depth for depth, _ in sizes), default=0), max(1, evaluations)
+
+    def _check_size(self) -> None:
+        """Raises ParameterError where parts are nested too deep, or there are too many formulas."""
+        nested, evaluations = self._size
+        if nested > NESTED:
+            excess = f"nested {nested} deep, expected at most {NESTED}; write factors as one, a sum of sums as one sum"
+            raise ParameterError(f"{type(self).__name__}: {excess}")
+        if evaluations > EVALUATIONS:
+            excess = f"as large as a sum of {evaluations} terms, expected at most {EVALUATIONS}; add fewer terms"
+            raise ParameterError(f"{type(self).__name__}: {excess}, or nest fewer normal maps and coats in one another")
+
+    def validate(self) -> None:
+        """Rules between fields; raises ParameterError. Overridden where there are any."""
+
+    # Its numbers.
 
     @property
     def parameters(self) -> dict[str, Parameter]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
+from ..base.sides import refuse_transmission
 from ..declared.arguments import BELOW_HORIZON, Declared, Seed, checked
 from ..errors import ParameterError, ToleranceWarning, shown, warn
 from ..evaluate import batch
@@ -275,8 +276,8 @@ class _Tally:
 
 def _facet(facet: float | Reflectance) -> float | Reflectance:
     if isinstance(facet, Reflectance):
-        if facet.sides != "front":
-            raise ParameterError(f"facet={facet!r:.80}: it transmits; expected facets that light does not go through")
+        rule = "it transmits; expected facets that light does not go through"
+        refuse_transmission(facet, f"facet={facet!r:.80}: {rule}")
         if map_shape(facet):
             raise ParameterError(f"facet={facet!r:.80}: it has maps; expected one reflectance for all facets")
         return facet

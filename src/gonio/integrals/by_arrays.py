@@ -15,6 +15,7 @@ from ..arrays.kinds import with_channels
 from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..base.sums import drawn_apart
 from ..lights.constant import ConstantLight
 from ..numerics.lattice import lattice
 from .places import SeenPoints
@@ -55,19 +56,23 @@ def reflected(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any
 
 
 def _of_deltas(m: Reflectance, light: Light, at: SeenPoints) -> Any:
-    """Radiance (..., n, C) by delta lobes: exact, n = 1, of what reflects in front alone; else by samples."""
-    local, wo, position, u, _ = at
-    lib = ops.library(wo)
-    if m.sides == "front":
-        total: Any = 0.0
-        for weight, lobe in m.lobes():
-            if lobe.is_delta:
-                mirrored = lobe.sample(wo, lib.vectors(np.zeros(2), wo)).wi
-                seen = with_channels(lobe.delta_reflectance(wo), wo.ndim - 1)
-                seen = seen * (lib.convert(weight, wo) if not isinstance(weight, float) else weight)
-                total = total + seen * light.incident(local.to_world(lib, mirrored), position)
-        return total
-    s = m.sample(wo, u)
+    """Radiance (..., n, C) by delta lobes: exact, n = 1, of those that are drawn apart; else by samples."""
+    lib = ops.library(at.wo)
+    total: Any = 0.0
+    for weight, part in drawn_apart(m):
+        if part.has_delta:
+            seen = _of_delta(part, light, at) if part.is_delta else _of_some_deltas(part, light, at)
+            total = total + seen * (weight if isinstance(weight, float) else lib.convert(weight, at.wo))
+    return total
+
+
+def _of_delta(lobe: Reflectance, light: Light, at: SeenPoints) -> Any:
+    s = lobe.sample(at.wo, ops.library(at.wo).vectors(np.zeros(2), at.wo))
+    return _arriving(with_channels(s.weight, s.wi.ndim - 1), s.wi, light, at)
+
+
+def _of_some_deltas(m: Reflectance, light: Light, at: SeenPoints) -> Any:
+    s, wo = m.sample(at.wo, at.u), at.wo
     drawn = with_channels(s.weight, s.wi.ndim - 1)
     through = (s.wi[..., 2:3] * wo[..., 2:3]) < 0.0
     across = (with_channels(m.delta_reflectance(wo, x), wo.ndim - 1) for x in (True, False))
@@ -75,7 +80,12 @@ def _of_deltas(m: Reflectance, light: Light, at: SeenPoints) -> Any:
     has_density = s.delta[..., None] & (seen > 0.0)
     # One over the probability.
     times = ops.stop_gradient(ops.where(has_density, drawn / ops.where(has_density, seen, 1.0), 0.0))
-    return seen * times * light.incident(local.to_world(lib, s.wi), position)
+    return _arriving(seen * times, s.wi, light, at)
+
+
+def _arriving(share: Any, wi: Any, light: Light, at: SeenPoints) -> Any:
+    """The share of the light that arrives from local directions."""
+    return share * light.incident(at.local.to_world(ops.library(wi), wi), at.position)
 
 
 def _wide(lib: Any, c: Any) -> Any:
@@ -93,7 +103,7 @@ def _lit(m: Reflectance, light: Light, at: SeenPoints, towards: Any, weight: Any
     local, wo, position, *_ = at
     lib = ops.library(wo)
     w = local.to_local(lib, towards)
-    cos = ops.maximum(w[..., 2:3], 0.0) if m.sides == "front" else ops.absolute(w[..., 2:3])
+    cos = ops.absolute(w[..., 2:3])
     w, wo = lib.broadcast(w, wo)
     f = with_channels(m.f(w, wo), w.ndim - 1)
     return f * light.incident(towards, position) * (cos * weight[..., None])

@@ -12,7 +12,8 @@ from ..arrays import LIBRARIES
 from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.kernels import shares_of, together
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
+from ..base.sums import weighed
 from ..errors import MissingDataWarning
 from ..formula import tree
 from ..formula.direction import Direction

@@ -40,7 +40,7 @@ def coordinates(mean: Any, fixed: Direction, u0: Any, u1: Any, numbers: Any) -> 
     The pole lies at the slopes -s/(1 + s) along that plane, s = |(ax tx, ay ty)| with the tangents t of the fixed
     direction, in units of the scales: at 0 from the normal, among the visible facets at grazing.
     """
-    ax, ay, reach = mean.slope_spread
+    ax, ay, reach = mean.hints.spread
     tx, ty = fixed.x / fixed.z, fixed.y / fixed.z
     sx, sy = ax * tx, ay * ty
     s = ops.sqrt(sx * sx + sy * sy + 1e-40)
@@ -63,8 +63,8 @@ def coordinates(mean: Any, fixed: Direction, u0: Any, u1: Any, numbers: Any) -> 
 
 
 def rules(lobe: Reflectance) -> tuple[np.ndarray, ...]:
-    """The nodes for a lobe, as `quadrature.NODES`, of finer and finer rules; none for one without `slope_spread`."""
-    spread = lobe.slope_spread
+    """The nodes for a lobe, as `quadrature.NODES`, of finer and finer rules; none where slopes have no spread."""
+    spread = lobe.hints.spread
     if spread is None:
         return ()
     even = is_even(lobe)

@@ -17,8 +17,10 @@ from ..base.frames import Frame, vectors
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.map_shape import map_shape
-from ..base.reflectance import Reflectance, Sum
+from ..base.reflectance import Reflectance
 from ..base.reradiation import exchanges
+from ..base.sides import lit_sides
+from ..base.sums import Sum, drawn_apart
 from ..declared.arguments import checked
 from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
 from ..evaluate import batch
@@ -142,9 +144,9 @@ _UP = np.array([[0.0, 0.0, 1.0]])
 
 def _divided(m: Reflectance) -> tuple[list[tuple[Any, Reflectance]], Reflectance | None]:
     """The Lambertian lobes of a material with their weights, and the others together; None where there are none."""
-    if m.sides != "front" or map_shape(m):  # places of maps share integrals
+    if map_shape(m):  # places of maps share integrals
         return [], m
-    lobes = list(m.lobes())
+    lobes = list(drawn_apart(m))
     others = [weight * lobe for weight, lobe in lobes if not isinstance(lobe, Lambertian)]
     if len(others) == len(lobes):
         return [], m
@@ -230,7 +232,7 @@ def delta_radiance(
     arrival = light.arrival(position)
     wi = local.to_local(lib, arrival.w)
     wi, wo = lib.broadcast(wi, wo)
-    cos = ops.maximum(wi[..., 2:3], 0.0) if m.sides == "front" else ops.absolute(wi[..., 2:3])
+    cos = ops.absolute(wi[..., 2:3])
     f = with_channels(m.f(wi, wo), wi.ndim - 1)
     f = f if colour is None else transformed(f, colour)
     check_channels(f.shape[-1], light, arrival.irradiance.shape[-1])
@@ -240,7 +242,7 @@ def delta_radiance(
 def _smooth(
     m: Reflectance, light: Light, local: Frame, wo: np.ndarray, position: np.ndarray, tolerance: float
 ) -> np.ndarray:
-    sides = ("front",) if m.sides == "front" else ("front", "across")
+    sides = lit_sides(m)
     if isinstance(light, ConstantLight):
         deep = len(batch.full_shape(m, wo.shape[:-1]))
         seen = [with_channels(integrate(m, wo, tolerance, incident=False, sides=x).value, deep) for x in sides]
@@ -323,19 +325,19 @@ def estimate(m: Reflectance, light: Light, at: SeenPoints, colour: np.ndarray | 
         w, light_pdf = light.sample(v, position)
         to_light = local.to_local(lib, w)
         cos = to_light[..., 2:3]
-        incoming = light.incident(w, position) * (np.maximum(cos, 0.0) if m.sides == "front" else np.abs(cos))
+        incoming = light.incident(w, position) * np.abs(cos)
         seen = light_pdf[..., None] > 0.0
-    for weight, lobe in m.lobes() if m.sides == "front" else [(1.0, m)]:
+    for weight, lobe in drawn_apart(m):
 
         def seen_values(values: np.ndarray, w: np.ndarray, weight: Any = weight) -> tuple[np.ndarray, int]:
             values, holes = without_holes(with_channels(values, w.ndim - 1))
             values = np.asarray(weight, wo.dtype) * values
             return (values if colour is None else transformed(values, colour)), holes
 
-        if lobe.is_delta and m.sides == "front":
-            mirrored = lobe.sample(wo, np.zeros(2, wo.dtype)).wi
-            reflectance, _ = seen_values(lobe.delta_reflectance(wo), wo)
-            total = total + reflectance * light.incident(local.to_world(lib, mirrored), position)
+        if lobe.is_delta:
+            s = lobe.sample(wo, np.zeros(2, wo.dtype))
+            reflectance, _ = seen_values(s.weight, wo)
+            total = total + reflectance * light.incident(local.to_world(lib, s.wi), position)
             continue
         s = lobe.sample(wo, u)
         w_material = local.to_world(lib, s.wi)
@@ -345,7 +347,7 @@ def estimate(m: Reflectance, light: Light, at: SeenPoints, colour: np.ndarray | 
         if light.can_sample:
             other = light.pdf(w_material, position)
             share = s.pdf / np.maximum(s.pdf + other, 1e-30)
-            part = part * (share if m.sides == "front" else np.where(s.delta, 1.0, share))[..., None]
+            part = part * np.where(s.delta, 1.0, share)[..., None]
             both = (lobe.pdf(to_light, wo) + light_pdf)[..., None]
             f, holes = seen_values(lobe.f(to_light, wo), to_light)
             missing += holes

@@ -10,8 +10,9 @@ import numpy as np
 
 from ..base.kernels import with_holes
 from ..base.light import Light
-from ..base.reflectance import Reflectance, lobes_on
+from ..base.reflectance import Reflectance
 from ..base.reradiation import exchanges, warn_of_reradiation
+from ..base.sums import lobes_on
 from ..declared.arguments import checked
 from ..errors import ParameterError
 from ..evaluate import batch

@@ -13,6 +13,7 @@ from ..arrays import ops
 from ..arrays.kinds import TOTAL, VALUE, VECTOR, with_channels
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
+from ..base.sides import sign_of_light
 from ..evaluate import batch
 from ..evaluate.tracing import Task
 from ..formula import tree
@@ -147,7 +148,7 @@ class _Integrand(NamedTuple):
         for rows in filter(len, (np.flatnonzero(narrow), np.flatnonzero(~narrow))):
             here = len(rows), goal.at(rows)
             if narrow[rows[0]]:
-                group = cubature(self.sums(domain.within, rows), *here, lobe.seam)
+                group = cubature(self.sums(domain.within, rows), *here, lobe.hints.seam)
             else:
                 group = cubature(self.sums(domain.coordinates, rows), *here, domain.seam, seeds[rows])
             groups.append((rows, group))
@@ -181,13 +182,13 @@ class _Integrand(NamedTuple):
         left = np.flatnonzero(before >= 0.0)
         if len(left):
             sums = self.sums(self.over.domain.within, left)
-            rest = cubature(sums, len(left), goal.at(left), self.lobe.seam)
+            rest = cubature(sums, len(left), goal.at(left), self.lobe.hints.seam)
             groups.append((left, rest))
         return in_order(groups)
 
     def sums(self, coordinates: Coordinates, used: np.ndarray) -> Evaluate:
         """The function that `cubature` evaluates, for the fixed directions number `used`."""
-        across = self.lobe.sides == "across"
+        across = sign_of_light(self.lobe) < 0.0
         kernel = _kernel(coordinates, place, self.over.incident, self.over.radiance is not None, across)
         return lambda rows, cells: self.summed(kernel, CHUNKS, NODES, used[rows], cells)
 

@@ -11,7 +11,9 @@ from ..arrays import ops
 from ..arrays.kinds import with_channels
 from ..base.angles import check_unit
 from ..base.kernels import with_holes
-from ..base.reflectance import Reflectance, lobes_on
+from ..base.reflectance import Reflectance
+from ..base.sides import hemispheres, sign_of_light
+from ..base.sums import lobes_on
 from ..errors import (
     ArrayTypeError,
     DirectionWarning,
@@ -61,9 +63,7 @@ def integrate(
     "across" for the other one.
     """
     check_tolerance(tolerance)
-    w = directions(w, m.sides != "front" or sides != "front")
-    if m.sides == "front" and sides == "front":
-        return _integrate(m, w, tolerance, incident, radiance)
+    w = directions(w, -1.0 in hemispheres(m) or sides != "front")
     across = incident and sides == "across"  # then the viewer is on the other side of the surface
     parts = []
     behind = w[..., 2] < 0.0
@@ -150,7 +150,7 @@ def of_whole(
 
 def _delta(lobe: Reflectance, w: np.ndarray, incident: bool) -> Any:
     """The share of light from w that a delta lobe lets leave, or of the radiance towards w."""
-    if lobe.sides == "front":
+    if sign_of_light(lobe) > 0.0:
         return lobe.delta_reflectance(w)
     w = np.where(w[..., 2:] < 0.0, [0.0, 0.0, 0.0], w)  # what is behind is the other view's
     if not incident:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..base.sides import refuse_transmission
 from ..base.under_light import _OverBands
 from ..declared.arguments import checked
 from ..errors import ParameterError
@@ -43,11 +44,8 @@ def photon_albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, re
 
 def counted(m: Reflectance) -> Reflectance:
     """A fluorescent material as a reflectance of photons: of channel i, what leaves at all wavelengths."""
-    if m.sides != "front":
-        raise ParameterError(
-            f"photons of {m!r:.60}: it transmits light, of which the photons are not counted; expected a material lit "
-            f"and seen in front only"
-        )
+    rule = "it transmits light, of which the photons are not counted; expected a material lit and seen in front only"
+    refuse_transmission(m, f"photons of {m!r:.60}: {rule}")
     if m.wavelengths is None:
         raise ParameterError(
             f"photons of {m!r:.60}: its wavelengths are not known, and photons of long ones have less energy; expected "

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..base.reradiation import exchanges
+from ..base.sums import lets_through
 from ..base.under_light import glow
 from ..declared.arguments import checked
 from ..errors import LeftOutWarning, ParameterError, ShapeError, ToleranceWarning, TooLargeError, shown, warn
@@ -16,7 +17,6 @@ from ..formula.text import listed
 from ..integrals.nine import kept_reflectance
 from ..models.lambertian import Lambertian
 from ..numerics.lattice import lattice
-from ..scenes.left_out import lets_through
 from ..scenes.scene import Scene
 from .by_rays import ByRays
 from .checkpoint import Begun, RadiosityCheckpoint

@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..base.calls import breaches
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared import discover
@@ -126,5 +127,5 @@ def table(reports: dict[str, Report]) -> list[tuple[str, ...]]:
 
 def declared(m: Reflectance, name: str) -> str:
     """The reason that a material's classes give for not obeying a law, or one it follows from; "" if there is none."""
-    reasons = m.breaches()
+    reasons = breaches(m)
     return next((reasons[law] for law in (name, *FOLLOWS.get(name, ())) if law in reasons), "")

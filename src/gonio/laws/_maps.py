@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base.angles import direction
+from ..base.calls import breaches
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..declared.notebooks import repr_html
@@ -179,4 +180,4 @@ def check_map(m: Reflectance, laws: list[str] | None, progress: Callable[[int, i
             values[name] = MEASURES[name][0](m)
         if progress is not None:
             progress(done, len(names))
-    return MapReport(repr(m), values, {name: reason for name, reason in m.breaches().items() if name in values})
+    return MapReport(repr(m), values, {name: reason for name, reason in breaches(m).items() if name in values})

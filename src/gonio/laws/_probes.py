@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
@@ -15,6 +15,7 @@ from ..base.channel_names import channel as channel
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..base.results import Sample
+from ..base.sides import hemispheres
 from ..numerics.lattice import lattice
 
 PAIRS = 1 << 17
@@ -102,17 +103,16 @@ def precisions(m: Reflectance) -> tuple[type[np.floating], ...]:
 
 def everywhere(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The pairs, for a material that transmits those of either direction mirrored at the surface in turn."""
-    if m.sides == "front":
-        return wi, wo
-    k = np.arange(len(wi))[:, None]
-    below = np.array([1.0, 1.0, -1.0], wi.dtype)
-    return np.where(k & 1, wi * below, wi), np.where(k & 2, wo * below, wo)
+    for z in hemispheres(m)[1:]:
+        k, there = np.arange(len(wi))[:, None], np.array([1.0, 1.0, z], wi.dtype)
+        wi, wo = np.where(k & 1, wi * there, wi), np.where(k & 2, wo * there, wo)
+    return wi, wo
 
 
-def index(m: Reflectance, w: np.ndarray) -> np.ndarray:
-    """Refractive index (..., 1 or C) of the medium that directions are in; 1 in front of the surface."""
+def index(m: Reflectance) -> Callable[[np.ndarray], np.ndarray]:
+    """The refractive index (..., 1 or C) of the medium that directions are in: 1 in front of the surface."""
     behind = np.atleast_1d(np.asarray(m.index, dtype=float))
-    return np.where(w[..., 2:] < 0.0, behind, 1.0)
+    return lambda w: np.where(w[..., 2:] < 0.0, behind, 1.0)
 
 
 def azimuths(m: Reflectance) -> np.ndarray:
@@ -123,15 +123,18 @@ def azimuths(m: Reflectance) -> np.ndarray:
 def incidence(m: Reflectance) -> np.ndarray:
     """Directions (K, 3) at INCIDENCE, beside the kinks of f and at `azimuths`; of a material that transmits from behind
     the surface too."""
-    theta = _angles(m)
-    if m.sides != "front":
-        theta = np.concatenate([theta, np.pi - _angles(m.turned(True))[::-1]])
+    theta = np.concatenate([_angles(m), *(np.pi - _angles(m.turned(True))[::-1] for _ in hemispheres(m)[1:])])
     return direction(theta[:, None], azimuths(m)[None, :]).reshape(-1, 3)
+
+
+def _kinks(lobe: Reflectance) -> list[float]:
+    """Sines of the angles in front at which f has kinks: there total reflection sets in."""
+    return sorted({*lobe.hints.kinks, *(float(n) for n in np.ravel(lobe.index) if n < 1.0)})
 
 
 def _angles(m: Reflectance) -> np.ndarray:
     """Angles of incidence [rad] from in front; of many kinks, as of many wavelengths, the first and the last count."""
-    sines = [sine for _, lobe in m.lobes() for sine in lobe.kinks]
+    sines = [sine for _, lobe in m.lobes() for sine in _kinks(lobe)]
     if not sines:
         return INCIDENCE
     critical = np.arcsin([min(sines), max(sines)])[:, None] + BESIDE

@@ -5,14 +5,15 @@ The distance from the mirror direction is counted in units of the horizon's, so 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import cache, partial
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..base.sides import hemispheres
 from ._probes import VIEWS
 
 SECTORS, NODES = 192, 4
@@ -85,32 +86,34 @@ def places(m: Reflectance) -> Iterator[_BinnedView]:
 
     The grid below is about the direction that a plane surface of the material's index refracts.
     """
-    if m.sides == "front":
+    sides, index = hemispheres(m), float(np.mean(m.index))
+    for z in sides:
+        n = index if z > 0.0 else 1.0 / index
         for view, grid in grids():
-            yield _BinnedView(view, grid, partial(bins_of, view))
-        return
-    index = float(np.mean(m.index))
-    for back in (False, True):
-        for view, grid in grids():
-            yield _of_sphere(view, grid, 1.0 / index if back else index, back)
+            yield _seen_from(z, view, grid, [_refracted(view, n) for _ in sides[1:]])
 
 
-def _of_sphere(view: np.ndarray, above: _RingGrid, index: float, back: bool) -> _BinnedView:
-    down = np.array([1.0, 1.0, -1.0])
+def _refracted(view: np.ndarray, index: float) -> np.ndarray:
+    """The view that is mirrored to where the light comes from which a plane surface refracts into `view`."""
     there = view / index
     across = there[0] ** 2 + there[1] ** 2
-    straight = view if across >= 1.0 else np.array([there[0], there[1], np.sqrt(1.0 - across)])
-    below = rings(straight)  # of the view that is mirrored to where the refracted light comes from
-    first = int(above.bins.max()) + 1
-    turn = np.array([-1.0, 1.0, -1.0]) if back else np.ones(3)
-    w = np.concatenate([above.w, below.w * down]) * turn
-    solid, bins = np.concatenate([above.solid, below.solid]), np.concatenate([above.bins, below.bins + first])
+    return view if across >= 1.0 else np.array([there[0], there[1], np.sqrt(1.0 - across)])
+
+
+def _seen_from(z: float, view: np.ndarray, above: _RingGrid, below: Sequence[np.ndarray]) -> _BinnedView:
+    """A view from the side z, with the grid above and one below for each of these mirrored views."""
+    turn, down, first = np.array([z, 1.0, z]), np.array([1.0, 1.0, -1.0]), int(above.bins.max()) + 1
+    grids = [above, *(_RingGrid(w * down, solid, bins + first) for w, solid, bins in map(rings, below))]
+    w, solid, bins = map(np.concatenate, zip(*grids, strict=True))
 
     def numbers(w: np.ndarray) -> np.ndarray:
         w = w * turn
-        return np.where(w[:, 2] < 0.0, bins_of(straight, w * down) + first, bins_of(view, w))
+        bin_of = bins_of(view, w)
+        for straight in below:
+            bin_of = np.where(w[:, 2] < 0.0, bins_of(straight, w * down) + first, bin_of)
+        return bin_of
 
-    return _BinnedView(view * turn, _RingGrid(w, solid, bins), numbers)
+    return _BinnedView(view * turn, _RingGrid(w * turn, solid, bins), numbers)
 
 
 def distance(view: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -31,16 +31,16 @@ def albedos(m: Reflectance, sides: str = "front") -> tuple[np.ndarray, np.ndarra
 def law(m: Reflectance) -> Findings:
     """The largest albedo, by quadrature in the coordinates of each lobe's sampling."""
     w, a = albedos(m)
-    if m.sides != "front":
+    if (w[:, 2] < 0.0).any():
         T = albedos(m, "across")[1]
-        yield from (_fate(m, w, a, T, behind) for behind in (False, True))
+        yield from (_fate(w, a, T, behind) for behind in (False, True))
         a = a + T
     value, (at, c) = largest(np.where(np.isnan(a), np.inf, a))
     why = f"{value:.4g} of the light that arrives there leaves again{in_channel(m, c, a.shape[-1])}"
     yield at_most("energy", value, TOLERANCE, "max albedo = {value} <= {tolerance}", degrees(w[at]), why, placed=True)
 
 
-def _fate(m: Reflectance, w: np.ndarray, R: np.ndarray, T: np.ndarray, behind: bool) -> str:
+def _fate(w: np.ndarray, R: np.ndarray, T: np.ndarray, behind: bool) -> str:
     """What becomes of the light of one side, at normal incidence and on the way to grazing, in words."""
     cosine = -w[:, 2] if behind else w[:, 2]
     found = []

@@ -9,6 +9,8 @@ Tolerance  the means are good to 3e-3
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..base.reflectance import Reflectance
@@ -22,17 +24,15 @@ TOLERANCE = 1.0 + 5e-3  # means of 65536 weights, which lie within 3e-3 of the i
 
 def radiance(m: Reflectance) -> tuple[np.ndarray, np.ndarray]:
     """Views (K, 3) and the radiance seen there (K, C)."""
-    views = incidence(m)
-    return views, np.stack([_seen(m, view) for view in views])
+    views, n = incidence(m), index(m)
+    return views, np.stack([_seen(m, view, n) for view in views])
 
 
-def _seen(m: Reflectance, view: np.ndarray) -> np.ndarray:
-    """The radiance (C,) in one view, over the square of its index."""
+def _seen(m: Reflectance, view: np.ndarray, n: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """The radiance (C,) in one view, over the square of its index n."""
     total = 0.0
     for s in samples(m, view):
-        weight = weights(s)
-        if m.sides != "front":
-            weight = weight * (index(m, s.wi) / index(m, view)) ** 2
+        weight = weights(s) * (n(s.wi) / n(view)) ** 2
         total = total + weight.sum(axis=0)
     return np.asarray(total / SAMPLES)
 

@@ -9,13 +9,14 @@ Tolerance  a finite limit gives 1, 1/sqrt(cos) 3.2; 24 halvings of a step leave 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..base.sides import hemispheres
 from ._probes import degrees, is_measured, largest, together, values
 from ._verdict import Findings, Law, at_most
 
@@ -40,21 +41,20 @@ class _HorizonWays(NamedTuple):
     side: float = 1.0
 
 
-def ways(m: Reflectance | None = None) -> list[_HorizonWays]:
-    """All ways that are tried, light and viewer moving in turn; of a material that transmits on both sides."""
+def ways(sides: Sequence[float] = (1.0,)) -> list[_HorizonWays]:
+    """All ways that are tried, light and viewer moving in turn, on these sides of the surface."""
     theta, phi = (x.ravel() for x in np.meshgrid(OTHERS, AZIMUTHS, indexing="ij"))
-    both = (1.0,) if m is None or m.sides == "front" else (1.0, -1.0)
     return [
         _HorizonWays(phi, direction(theta, 0.3) * np.array([1.0, 1.0, other]), light_moves, side)
         for light_moves in (True, False)
-        for side in both
-        for other in both
+        for side in sides
+        for other in sides
     ]
 
 
 def _parts(m: Reflectance) -> Iterator[_HorizonWays]:
     """The same, as many together as have few values."""
-    for way in ways(m):
+    for way in ways(hemispheres(m)):
         step = together(m, len(way.phi), len(COSINES))
         for at in range(0, len(way.phi), step):
             part = slice(at, at + step)

@@ -21,7 +21,6 @@ from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import Param, Part
 from ._probes import degrees, largest, samples, weights
-from ._rings import distance
 from ._verdict import Findings, Law, at_most
 
 ORDER = 43
@@ -85,7 +84,7 @@ def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
     total, far = np.zeros(m.channels or 1), np.zeros(m.channels or 1)
     for s in samples(m, view, COUNT):
         weight = weights(s)
-        away = distance(view, s.wi)[0] if m.sides == "front" else _angle(m.mirrored(Direction(*view)), s.wi)
+        away = _angle(m.mirrored(Direction(*view)), s.wi)
         total, far = total + weight.sum(axis=0), far + weight[away > CONE].sum(axis=0)
     far = far / np.maximum(total, 1e-300)
     mean = total / COUNT

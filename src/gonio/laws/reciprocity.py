@@ -26,8 +26,8 @@ def _of_matrices(m: Reflectance, wi: np.ndarray, wo: np.ndarray, mean: np.ndarra
     """The largest difference of an element of the Mueller matrix for exchanged directions, over the mean f."""
     there, back = m.mueller(wi, wo), np.swapaxes(m.mueller(wo, wi), -1, -2) * np.outer(_D, _D)
     there, back = (M.reshape(len(wi), -1, 4, 4) for M in (there, back))
-    if m.sides != "front":
-        there, back = there / index(m, wo)[..., None, None] ** 2, back / index(m, wi)[..., None, None] ** 2
+    n = index(m)
+    there, back = there / n(wo)[..., None, None] ** 2, back / n(wi)[..., None, None] ** 2
     error = np.abs(there - back).max(axis=(-1, -2))
     scale = np.abs(mean) + 1e-6 * np.nanmedian(np.abs(mean)) + 1e-30
     value, (at, _) = largest(np.nan_to_num(error / scale))
@@ -37,9 +37,8 @@ def _of_matrices(m: Reflectance, wi: np.ndarray, wo: np.ndarray, mean: np.ndarra
 def law(m: Reflectance) -> Findings:
     """The largest difference on exchanging the directions, relative to the mean of both values."""
     wi, wo = everywhere(m, *pairs(some(m, PAIRS)))
-    there, back = values(m, wi, wo), values(m, wo, wi)
-    if m.sides != "front":
-        there, back = there / index(m, wo) ** 2, back / index(m, wi) ** 2
+    n = index(m)
+    there, back = values(m, wi, wo) / n(wo) ** 2, values(m, wo, wi) / n(wi) ** 2
     error = difference(there, back)
     value, (at, c) = largest(error)
     median = np.median(error[error > 0.0]) if value > 0.0 else 0.0

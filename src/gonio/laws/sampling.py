@@ -34,7 +34,8 @@ def _off(m: Reflectance, view: np.ndarray, s: Sample, used: np.ndarray) -> float
 
 def law(m: Reflectance) -> Findings:
     """Total variation between histogram and density, or the largest error of a weight, at the worst of VIEWS."""
-    for view, _, _ in places(m):
+    every_view = [*places(m)]
+    for view, _, _ in every_view:
         s = m.sample(view, ENDS)
         lost = ~np.isfinite(np.column_stack([s.wi, s.pdf])).all(axis=-1)
         if lost.any():
@@ -42,7 +43,7 @@ def law(m: Reflectance) -> Findings:
             yield Law("sampling", False, float("inf"), TOLERANCE, "distance = {value}", degrees(wo=view), why)
             return
     distances, every = [], SAMPLES // some(m, SAMPLES)
-    for view, grid, bins_of in places(m):
+    for view, grid, bins_of in every_view:
         expected = np.bincount(grid.bins, m.pdf(grid.w, view) * grid.solid)
         observed, off = np.zeros(len(expected)), 0.0
         for k, s in enumerate(samples(m, view)):

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base import kernels
+from ..base.calls import variables
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
 from .grid import NodeGrid
@@ -36,7 +37,7 @@ def reflected(
     mu, root = grid.mu(n), grid.root(n)
     i, o = np.indices((len(mu), len(mu))).reshape(2, -1)
     s, k = np.sqrt(grid.s2[: len(mu)].real), np.ones(len(i))
-    spreads = [spread for _, lobe in base.lobes() if not lobe.is_delta and (spread := lobe.slope_spread) is not None]
+    spreads = [spread for _, lobe in base.lobes() if not lobe.is_delta and (spread := lobe.hints.spread) is not None]
     if spreads:
         alpha = min(float(np.min(x)) for spread in spreads for x in (spread.alpha_x, spread.alpha_y))
         k = classes(poles(s, (n * (mu[i] + mu[o])).real, i, o, alpha), LEAST)
@@ -111,7 +112,7 @@ def _mirror(base: Reflectance, mu: np.ndarray, by: str | None) -> np.ndarray:
     moved = bool(np.iscomplexobj(mu) and mu.imag.any())
     if by is None and not moved:
         return base.delta_reflectance(wo).reshape(len(mu), -1).T
-    leaves = () if by is None else base._variables([by])[1]
+    leaves = () if by is None else variables(base, [by])[1]
     task = kernels.DELTA_REFLECTANCE.derivatives(leaves, (0,) if moved else ())
     value, *slopes = batch.compute(task, base, (wo,))
     change = 0.0 if by is None else STEP * slopes[0].reshape(len(mu), -1)

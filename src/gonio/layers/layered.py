@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..base.reflectance import Reflectance
+from ..base.results import Hints
 from ..errors import TooLargeError
 from ..formula import tree
 from ..formula.direction import Direction
@@ -88,8 +89,8 @@ class _Layered(Reflectance, costs=20):
         return 1.0 / last if self.behind else last
 
     @property
-    def kinks(self) -> list[float]:
-        return self._kinks(self.behind)
+    def hints(self) -> Hints:
+        return Hints(kinks=tuple(self._kinks(self.behind)))
 
     def _kinks(self, behind: bool) -> list[float]:
         """Sines of the angles in front, or behind, at which total reflection sets in."""
@@ -219,10 +220,13 @@ class _Lobe(_Layered):
         """Those between few, kept for goals of about this size."""
         known, goal = self._derived.setdefault(_Lobe._collected, {}), 4.0 ** math.floor(math.log(goal, 4.0))
         if (incident, goal) not in known:
-            across = self.sides == "across" and incident  # then light is on the other side
-            known[incident, goal] = shared(self._kinks(self.behind != across), goal, each)
+            known[incident, goal] = shared(self._kinks(self._fixed_behind(incident)), goal, each)
         found: Shared | None = known[incident, goal]
         return None if found is None else found.at(w)
+
+    def _fixed_behind(self, incident: bool) -> bool:
+        """Whether a fixed direction, of the light or of the viewer, is behind."""
+        return self.behind
 
     def passage(self, w: Direction) -> list[tuple[Any, Direction, Any]]:
         """For each layer that light along w gets straight to, and for the base if it does: the share that gets there,

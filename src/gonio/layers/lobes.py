@@ -6,8 +6,9 @@ from abc import abstractmethod
 from typing import Any
 
 from ..arrays import ops
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
 from ..base.sides import choose
+from ..base.sums import weighed
 from ..distributions.ggx import GGX
 from ..formula import tree
 from ..formula.direction import BEHIND, NORMAL, Direction, select
@@ -206,6 +207,9 @@ class _Across(_Passing):
     def turned(self, back: Any) -> Reflectance:
         other = self._as(type(self), behind=not self.behind)
         return weighed([(choose(back, 0.0, 1.0), self), (choose(back, 1.0, 0.0), other)])
+
+    def _fixed_behind(self, incident: bool) -> bool:
+        return self.behind != incident
 
     def to_light(self, wi: Direction) -> list[tuple[Any, Direction, Any]]:
         """The same as `passage` for light from the other side: the direction in each layer, towards the light, and the

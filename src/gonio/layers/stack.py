@@ -9,10 +9,12 @@ from typing import Any, Self
 import numpy as np
 
 from ..arrays import Fixed
+from ..base.calls import variables
 from ..base.map_shape import map_shape
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
 from ..base.results import Jacobian
 from ..base.sides import choose
+from ..base.sums import weighed
 from ..errors import ParameterError, shown
 from ..evaluate import batch
 from ..formula import tree
@@ -86,7 +88,7 @@ class Stack(_Layered):
         self._hold(tolerance=float(tolerance))
         self._set(values, fields=fields)
         self.validate()
-        self._hold(bends=any(self._kinks(behind) for behind in {False, self.sides == "both"}))
+        self._hold(bends=any(self._kinks(behind) for behind in {False, self.base is None}))
 
     def validate(self) -> None:
         for path, field, value, _ in tree.walk(self):
@@ -122,7 +124,7 @@ class Stack(_Layered):
         return max(self._response(c).orders for c in range(self.channels or 1))
 
     def turned(self, back: Any) -> Reflectance:
-        if self.sides != "both":
+        if self.base is not None:
             return super().turned(back)
         if isinstance(back, bool):
             return weighed((self._over if back else self).lobes())
@@ -156,7 +158,7 @@ class Stack(_Layered):
         return data | {"tolerance": self.tolerance} | ({} if names is None else {"channel_names": list(names)})
 
     def jacobian(self, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
-        names = self._variables(by)[0]
+        names = variables(self, by)[0]
         paths = tuple(name for name in names if name not in ("wi", "wo"))
         return Reflectance.jacobian(self._with_slopes(paths), wi, wo, names)
 
@@ -172,7 +174,7 @@ class Stack(_Layered):
         kept = super()._keep()
 
         def drawn() -> np.ndarray:
-            ways = (self.behind,) if self.sides == "front" else (False, True)
+            ways = (self.behind,) if self.base is not None else (False, True)
             rests = [self._as(_Rest, _kept=kept, behind=behind) for behind in ways]
             return np.concatenate([lobe_tables(rest, False) for rest in rests], axis=1)
 
@@ -213,14 +215,14 @@ class Stack(_Layered):
 
     def _tabulated(self, behind: Any) -> Iterable[tuple[Any, Reflectance]]:
         """The lobes of all other light, seen from behind or not: a symbol serves both sides with one look-up."""
-        if self.sides == "front":
+        if self.base is not None:
             yield 1.0, self._as(_Rest)
         elif any(not isinstance(layer, Interface) for layer in self.layers):
             yield 1.0, self._as(_Rest, behind=behind)
             yield 1.0, self._as(_Through, behind=behind)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        if self.sides == "both":
+        if self.base is None:
             raise self._lacks("formula")
         total: Any = 0.0
         for weight, lobe in self.lobes():
@@ -229,7 +231,7 @@ class Stack(_Layered):
         return total
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
-        if self.sides == "both":
+        if self.base is None:
             raise self._lacks("polarized")
         closed, rest = [], Mueller.depolarizer(0.0 * wi.z)
         for weight, lobe in self.lobes():

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import sys
 
-from ..base.reflectance import Reflectance, Scaled, Sum
+from ..base.reflectance import Reflectance
+from ..base.sums import Scaled, Sum
 from ..base.under_light import UnderLight
 from ..declared.contents import Contents, Folder
 from ..formula.json_form import names

@@ -6,9 +6,10 @@ from abc import abstractmethod
 from typing import Any, ClassVar
 
 from ..base.reflectance import Reflectance
+from ..base.results import Hints
 from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine, reflect
-from ..formula.distribution import Distribution, Spread
+from ..formula.distribution import Distribution
 from ..formula.fields import part
 from ..formula.maskings import MASKINGS
 from ..formula.mueller import Mueller, about_facet
@@ -28,12 +29,12 @@ class Facets(Reflectance):
         """The distribution of normals."""
 
     @property
-    def slope_spread(self) -> Spread | None:
-        spread = self.facets.slope_spread
-        return spread if spread is not None and getattr(self, "masking", None) in self.smooth_maskings else None
+    def hints(self) -> Hints:
+        smooth = getattr(self, "masking", None) in self.smooth_maskings
+        return Hints(spread=self.facets.slope_spread if smooth else None)
 
     @property
-    def single_scatter(self) -> Any:
+    def _single_scatter(self) -> Any:
         return tree.unchecked(_White, of=self)
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
@@ -76,8 +77,9 @@ class _White(Reflectance, has_text=False, oriented=True):
     of = part(Reflectance, None, "the facets of another reflectance")
 
     @property
-    def slope_spread(self) -> Spread | None:
-        return self.of.slope_spread
+    def hints(self) -> Hints:
+        hints: Hints = self.of.hints
+        return hints
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.of.without_fresnel(wi, wo, half_and_cosine(wi, wo)[0])

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
+from ..base.sums import lobes_on, weighed
 from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import part
@@ -23,7 +24,7 @@ QUARTERS = ("front", "back", "forward", "backward")
 
 def quarters(m: Reflectance) -> dict[str, Reflectance]:
     """The quarters of a reflectance that are not black, each as a `Sheet` takes it; measured parts as they are."""
-    if m.sides == "front":
+    if lobes_on(m, "front") is m:
         return {"front": m}
     if isinstance(m, Sheet):
         found = {name: getattr(m, name) for name in QUARTERS}
@@ -51,11 +52,9 @@ def _is_black(m: Reflectance) -> bool:
 
 def _quarter(m: Reflectance, behind: bool, across: bool) -> Reflectance | None:
     """The lobes of a quarter as a reflectance in front, or None without any."""
-    sides = "across" if across else "front"
-    lobes = [(weight, lobe) for weight, lobe in m.turned(behind).lobes() if lobe.sides == sides]
-    lobes = [(weight, tree.unchecked(_Folded, of=lobe) if across else lobe) for weight, lobe in lobes]
-    lobes = [(weight, lobe) for weight, lobe in lobes if not (isinstance(weight, float) and weight == 0.0)]
-    return weighed(lobes) if lobes else None
+    lobes = lobes_on(m, "across" if across else "front", behind).lobes()
+    quarter = weighed((weight, tree.unchecked(_Folded, of=lobe) if across else lobe) for weight, lobe in lobes)
+    return quarter if quarter.terms else None
 
 
 class _Folded(WrappedLobe):

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..base.results import Hints
 from ..formula.direction import HORIZON, Direction, raised, select
 from ..formula.state import inferred
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
@@ -41,8 +42,8 @@ class WrappedLobe(Wrapper):
         return self.inside.is_delta
 
     @property
-    def seam(self) -> float:
-        return self.inside.seam
+    def hints(self) -> Hints:
+        return Hints(seam=self.inside.hints.seam)
 
 
 class Reframed(WrappedLobe):

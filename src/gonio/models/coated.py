@@ -12,6 +12,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..base.reradiation import along_normal
+from ..base.results import NO_HINTS, Hints
 from ..errors import ParameterError
 from ..formula import tree
 from ..formula.direction import HORIZON, NORMAL, Direction, select
@@ -92,7 +93,7 @@ class _Coat(Wrapper, costs=8):
         """Class of this coat over a dye that it sends light back to."""
 
     def _with_rounds(self, matrix: Callable[[str, Any], Any], prefix: str = "") -> Any:
-        if self.internal == "lost" or not self.base.glows_evenly:
+        if self.internal == "lost" or not self.base._glows_evenly:
             return super()._with_rounds(matrix, prefix)
         coat = {name: self.__dict__[name] for name in self.fields}
         return tree.unchecked(self.over_dye(), **coat, rounds=matrix(prefix, self))
@@ -303,8 +304,8 @@ class _Below(WrappedLobe, _Coat):
         return a * b * absorbed / ((1.0 - again) + again * ops.maximum(a, b))
 
     @property
-    def seam(self) -> float:
-        return 0.0 if self._wide() else super().seam
+    def hints(self) -> Hints:
+        return NO_HINTS if self._wide() else super().hints
 
     def mirrored(self, wo: Direction) -> Direction:
         return self._emerging(self.base.mirrored(refracted(wo, self.eta)))

@@ -46,7 +46,7 @@ class Donaldson(Reflectance):
     shape = part(Reflectance, Lambertian(1.0), "where the light goes: a reflectance of albedo 1")
 
     @property
-    def glows_evenly(self) -> bool:
+    def _glows_evenly(self) -> bool:
         return isinstance(self.shape, Lambertian)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

@@ -103,7 +103,7 @@ class Turquin(Facets):
     }
 
     masking = "height_correlated"
-    single_scatter = Reflectance.single_scatter  # what they lose is given back
+    _single_scatter = Reflectance._single_scatter  # what they lose is given back
 
     @property
     def facets(self) -> Distribution:

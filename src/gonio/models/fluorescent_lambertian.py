@@ -46,7 +46,7 @@ class FluorescentLambertian(Lambertian):
     [0.829 0.672 0.8  ]
     """
 
-    fluoresces = glows_evenly = True
+    fluoresces = _glows_evenly = True
 
     rho = param(0.3, 0.0, 1.0, "the fraction of light that is reflected")
     absorbed = param(0.5, 0.0, 1.0, "the share of the other light that the dye takes")

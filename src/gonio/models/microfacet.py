@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..base.reflectance import Reflectance
+from ..base.results import NO_HINTS
 from ..distributions.ggx import GGX
 from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine, mirror
@@ -78,7 +79,7 @@ class RetroMicrofacet(Microfacet):
 
     mirror = Reflectance.mirror  # its limit is no mirror
     polarized, polarizes = Reflectance.polarized, False  # each prism or bead reflects more than once
-    slope_spread = Reflectance.slope_spread  # its half vectors are about the direction to the light
+    hints = NO_HINTS  # its half vectors are about the direction to the light
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return super().formula(wi, mirror(wo))

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..base.results import Hints
 from ..declared.arguments import checked
 from ..errors import MeaningWarning, ParameterError, ShapeError, warn
 from ..formula import tree
@@ -227,7 +228,7 @@ class _Path(_Tilted):
 class _Ways(_Tilted):
     """Light that meets one upright mirror, on either way: together they are reciprocal. Sampled half and half."""
 
-    seam = 0.5
+    hints = Hints(seam=0.5)
 
     def ways(self) -> list[_Path]:
         tilt = {"normal_x": self.normal_x, "normal_y": self.normal_y}

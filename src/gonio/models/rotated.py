@@ -47,12 +47,10 @@ class Rotated(Reframed):
         return self.of.index
 
     @property
-    def split(self) -> bool:
-        return bool(self.of.split)
+    def _split(self) -> bool:
+        return bool(self.of._split)
 
     def turned(self, back: Any) -> Reflectance:
-        if self.sides == "front":
-            return super().turned(back)
         return self._changed({"of": self.of.turned(back), "angle": choose(back, -self.angle, self.angle)})
 
     def light_within(self, wi: Direction) -> Direction:
@@ -65,17 +63,13 @@ class Rotated(Reframed):
         return self.of.formula(self.light_within(wi), self.viewer_within(wo))
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        if self.sides == "front":
-            return super().warp(wo, u0, u1)
         return self.light_outside(self.of.warp(self.viewer_within(wo), u0, u1))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        if self.sides == "front":
-            return super().density(wi, wo)
         return self.of.density(self.light_within(wi), self.viewer_within(wo))
 
-    def chance(self, wi: Direction, wo: Direction) -> Any:
-        return self.of.chance(self.light_within(wi), self.viewer_within(wo))
+    def _chance(self, wi: Direction, wo: Direction) -> Any:
+        return self.of._chance(self.light_within(wi), self.viewer_within(wo))
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         return self._outside(self.of.polarized(self.light_within(wi), self.viewer_within(wo)), wi, wo)
@@ -88,8 +82,8 @@ class Rotated(Reframed):
         return _at_pole(wo, self.angle).transposed @ M @ _at_pole(wi, -self.angle)
 
     @property
-    def glows_evenly(self) -> bool:
-        return bool(self.of.glows_evenly)
+    def _glows_evenly(self) -> bool:
+        return bool(self.of._glows_evenly)
 
     def reradiated(self, light: Any, wi: Direction, wo: Direction) -> Any:
         return self.of.reradiated(light.of, light.light_within(wi), self.viewer_within(wo))

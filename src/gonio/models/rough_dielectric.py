@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..base.results import NO_HINTS
 from ..base.sides import choose
 from ..distributions.ggx import GGX
 from ..errors import ParameterError, shown
@@ -65,7 +66,7 @@ class RoughDielectric(BetweenMedia):
         refuse_equal_media(type(self).__name__, self.eta)
 
     @property
-    def single_scatter(self) -> Any:
+    def _single_scatter(self) -> Any:
         return self  # it absorbs nothing
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
@@ -122,16 +123,16 @@ class _Interface(Facets):
         return self.eta
 
     @abstractmethod
-    def chance(self, wi: Direction, wo: Direction) -> Any:
+    def _chance(self, wi: Direction, wo: Direction) -> Any:
         """The share of the light at a facet."""
 
 
 class _Mirroring(_Interface):
     """The light that facets reflect."""
 
-    split = True
+    _split = True
 
-    def chance(self, wi: Direction, wo: Direction) -> Any:
+    def _chance(self, wi: Direction, wo: Direction) -> Any:
         return self.fresnel.F(half_and_cosine(wi, wo)[1])
 
     def mirror(self, wo: Direction) -> Any:
@@ -147,9 +148,7 @@ class _Refracting(_Interface):
 
     sides = "across"
 
-    @property
-    def slope_spread(self) -> None:
-        return None
+    hints = NO_HINTS
 
     def turned(self, back: Any) -> Reflectance:
         return self._changed({"eta": choose(back, 1.0 / self.eta, self.eta)})
@@ -187,7 +186,7 @@ class _Refracting(_Interface):
         density = self.facets.normal_density(wo, wm, c) * self.eta * self.eta * ct / square
         return ops.where(met, density, 0.0)
 
-    def chance(self, wi: Direction, wo: Direction) -> Any:
+    def _chance(self, wi: Direction, wo: Direction) -> Any:
         met, _, c, ct, _ = self.facet(wi, wo)
         return ops.where(met, transmittance(c, ct, self.eta), 0.0)
 

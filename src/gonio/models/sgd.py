@@ -37,7 +37,7 @@ class SGD(Facets):
     [27.97  3.25  0.72]
     """
 
-    single_scatter = Reflectance.single_scatter  # fitted to what was measured
+    _single_scatter = Reflectance._single_scatter  # fitted to what was measured
     polarized, polarizes = Reflectance.polarized, False  # its Fresnel term has no amplitudes
 
     rho_s = param(0.5, 0.0, 10.0, "weight of the lobe")

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, ClassVar
 
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
 from ..base.sides import choose
+from ..base.sums import weighed
 from ..formula import tree
 from ..formula.direction import Direction
 from ..formula.fields import part
-from ..formula.state import inferred
+from ..formula.state import inferred, note
 from ._reversed import is_reverse
 from .across import Across
 from .lambertian import Lambertian
@@ -40,6 +41,7 @@ class Sheet(Reflectance):
     """
 
     sides = "both"
+    breaks: ClassVar[dict[str, str]] = note({})
     front = part(Reflectance, Lambertian(0.4), "reflectance in front")
     back = part(Reflectance, Lambertian(0.4), "reflectance behind")
     forward = part(Reflectance, Lambertian(0.3), "transmission of light from in front, as `Across` takes it")
@@ -51,11 +53,9 @@ class Sheet(Reflectance):
         parts = (self.front, self.back, self.forward, self.backward)
         return next((names for part in parts if (names := part.channel_names) is not None), None)
 
-    def breaches(self) -> dict[str, str]:
-        if is_reverse(self.forward, self.backward):
-            return super().breaches()
+    def validate(self) -> None:
         why = "forward and backward are two reflectances: light need not take the same way back through the sheet"
-        return super().breaches() | {"reciprocity": why}
+        self._hold(breaks={} if is_reverse(self.forward, self.backward) else {"reciprocity": why})
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         raise self._lacks("formula")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
 from ..base.sides import choose
+from ..base.sums import weighed
 from ..formula.direction import Direction
 from ..formula.fields import part
 from ..formula.state import inferred

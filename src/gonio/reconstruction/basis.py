@@ -13,6 +13,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
+from ..base.sides import refuse_transmission
 from ..declared.notebooks import repr_html
 from ..errors import ParameterError, shown
 from ..formula.direction import Direction, half_difference
@@ -239,9 +240,10 @@ def _axes(resolution: Sequence[int] | None) -> dict[str, np.ndarray]:
 
 def _logarithms(name: str, m: Reflectance, wi: np.ndarray, wo: np.ndarray, up: np.ndarray, offset: float) -> np.ndarray:
     """ln(f + offset) (cells, C) of a material at the nodes above the horizon."""
-    if m.sides != "front" or m.fluoresces or not m.is_isotropic():
-        what = "transmits light" if m.sides != "front" else "fluoresces" if m.fluoresces else "is anisotropic"
-        raise ParameterError(f"materials: {name} {what}; expected isotropic surfaces that reflect alone")
+    told = "materials: {} {}; expected isotropic surfaces that reflect alone".format
+    refuse_transmission(m, told(name, "transmits light"))
+    if m.fluoresces or not m.is_isotropic():
+        raise ParameterError(told(name, "fluoresces" if m.fluoresces else "is anisotropic"))
     tabular_shape(m)
     flip = np.array([1.0, -1.0, 1.0])
     images = [(wi, wo)]

@@ -20,6 +20,7 @@ from ..base.map_shape import map_shape
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..base.shown_channels import is_rgb, shown_as
+from ..base.sides import refuse_transmission
 from ..base.textured import require_numbers
 from ..catalogue import builtin
 from ..catalogue.typed import as_typed, is_store
@@ -337,11 +338,15 @@ class _PairValues:
         return transformed(self.values, shares[:, None])
 
 
+def require_reflecting(m: Reflectance) -> None:
+    """Raises ParameterError for what transmits: no surface to compare with others."""
+    refuse_transmission(
+        m, f"nearest: {shown(m)} transmits light; expected a surface that reflects alone: compare its reflecting part"
+    )
+
+
 def _seen(m: Reflectance) -> _PairValues:
-    if m.sides != "front":
-        raise ParameterError(
-            f"nearest: {shown(m)} transmits light; expected a surface that reflects alone: compare its reflecting part"
-        )
+    require_reflecting(m)
     if m.fluoresces:
         raise ParameterError(
             f"nearest: {shown(m)} fluoresces; expected f without: gn.reconstruction.nearest(m.under(light), ...)"

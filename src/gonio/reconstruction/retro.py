@@ -14,6 +14,7 @@ import numpy as np
 from ..base.angles import direction
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
+from ..base.sides import require_finite
 from ..declared.arguments import checked
 from ..declared.notebooks import repr_html
 from ..distributions.beckmann import Beckmann
@@ -169,9 +170,7 @@ def retro_facets(
     """
     if masking not in MASKINGS:
         raise ParameterError(f"masking={masking!r:.60}: expected {MASKINGS[0]!r} or {MASKINGS[1]!r}")
-    if m.sides != "front" or m.has_delta:
-        what = "a perfect mirror" if m.has_delta else "it transmits light"
-        raise ParameterError(f"{m!r:.80}: {what}; expected a reflectance of one side, whose f is finite")
+    require_finite(m, "a reflectance of one side, whose f is finite")
     if maps := map_shape(m):
         raise ShapeError(f"{m!r:.80}: a map of shape {maps}, with channels last; expected one place of it, no map")
     theta = 0.5 * math.pi * np.square(np.arange(CELLS + 1) / CELLS)

@@ -16,10 +16,12 @@ from ..arrays.kinds import COUNT, SCALAR, TOTAL
 from ..base import kernels
 from ..base.frames import Frame
 from ..base.light import FAR, Light
-from ..base.reflectance import Reflectance, weighed
+from ..base.reflectance import Reflectance
+from ..base.sides import is_lit
+from ..base.sums import weighed
 from ..base.textured import placed
 from ..evaluate.computation import Computation
-from ..formula.direction import HORIZON, Direction, cross, dot, select
+from ..formula.direction import NORMAL, Direction, cross, dot, select
 from ._bodies import Solid
 from .camera import MARGIN as MARGIN
 from .hit import Hit
@@ -134,7 +136,7 @@ class _Shown(NamedTuple):
         if len(bodies) == 1 and isinstance(bodies[0], Solid):
             return None
         side = dot(w, self.at.face)
-        asked = asked & self.counts & (side > 0.0 if m.sides == "front" else side > -2.0)
+        asked = asked & self.counts & is_lit(m, side)
         reach = NEAR * self.scene.size + 1e-6 * self.at.distance
         p = self.at.point + self.at.face * ops.where(side < 0.0, -reach, reach)
         far = ops.where(asked, distance * (1.0 - 1e-4), -1.0)
@@ -166,9 +168,9 @@ def _reflected(
             towards, _, distance = lights[i][0].beam(p)
             wi = local.local(towards)
             f, hole = _known(kernels.value(m, mean, wi, wo)[0])
-            cos = _cosine(m, wi)
+            cos = ops.absolute(wi.z)
             holes = holes + hole
-            f = _if(shown.open(m, towards, distance, cos > 0.0), f)
+            f = _if(shown.open(m, towards, distance, is_lit(m, wi.z)), f)
             totals = [total + f * cos * x.beam(p)[1] for total, x in zip(totals, lights[i], strict=True)]
     if not extended:
         return totals, holes
@@ -189,14 +191,14 @@ def _reflected(
     w, pdf = _constant(w), ops.stop_gradient(pdf)
     f, hole = _known(kernels.value(m, mean, w, wo)[0])
     holes = holes + hole
-    f = ops.where(pdf > 0.0, f * _cosine(m, w), 0.0)
+    f = ops.where(pdf > 0.0, f * ops.absolute(w.z), 0.0)
     towards = local.world(w)
     for i in extended:
         by_light = merged[i].can_sample or merged[i].has_horizon
         both = pdf
         if by_light:
             both = pdf + ops.stop_gradient(merged[i].density(p, towards))
-        free = shown.open(m, towards, merged[i].seen(p, towards)[1], (pdf > 0.0) & (_cosine(m, w) > 0.0))
+        free = shown.open(m, towards, merged[i].seen(p, towards)[1], (pdf > 0.0) & is_lit(m, w.z))
         share = _if(free, f / ops.where(both > 0.0, both, 1.0))
         totals = [total + share * x.seen(p, towards)[0] for total, x in zip(totals, lights[i], strict=True)]
         if by_light:
@@ -206,8 +208,8 @@ def _reflected(
             g, hole = _known(kernels.value(m, mean, wi, wo)[0])
             holes = holes + hole
             both = density + ops.stop_gradient(kernels.pdf(m, mean, wi, wo)[0])
-            free = shown.open(m, drawn, merged[i].seen(p, drawn)[1], (density > 0.0) & (_cosine(m, wi) > 0.0))
-            share = ops.where(density > 0.0, g * _cosine(m, wi) / ops.where(both > 0.0, both, 1.0), 0.0)
+            free = shown.open(m, drawn, merged[i].seen(p, drawn)[1], (density > 0.0) & is_lit(m, wi.z))
+            share = ops.where(density > 0.0, g * ops.absolute(wi.z) / ops.where(both > 0.0, both, 1.0), 0.0)
             share = _if(free, share)
             totals = [total + share * x.seen(p, drawn)[0] for total, x in zip(totals, lights[i], strict=True)]
     return totals, holes
@@ -215,10 +217,6 @@ def _reflected(
 
 def _constant(w: Direction) -> Direction:
     return Direction(*map(ops.stop_gradient, w))
-
-
-def _cosine(m: Reflectance, wi: Direction) -> Any:
-    return ops.maximum(wi.z, 0.0) if m.sides == "front" else ops.absolute(wi.z)
 
 
 def _known(f: Any) -> tuple[Any, Any]:
@@ -234,17 +232,10 @@ def _spread(m: Reflectance) -> Reflectance:
 
 def _mirrored(m: Reflectance, wo: Direction) -> list[tuple[Any, Direction]]:
     """The delta lobes: the share of the light that each sends to wo, and where that comes from."""
-    if m.sides == "front":
-        hidden = wo.z <= HORIZON
-        up = select(hidden, Direction(0.0, 0.0, 1.0), wo)
-        back: Any = None
-    else:
-        back, hidden, up = kernels.upright(wo)
-        m = m.turned(back)
-    found = []
-    for weight, lobe in m.lobes():
-        if lobe.is_delta:
-            w = lobe.mirrored(up)
-            share = ops.where(hidden, 0.0, weight * lobe.mirror(up))
-            found.append((share, w if back is None else kernels.turned_over(back > 0.5, w)))
-    return found
+    behind, hidden, above, seen = kernels.from_viewer(wo, m)
+    up = select(hidden, NORMAL, above)
+    return [
+        (ops.where(hidden, 0.0, weight * lobe.mirror(up)), kernels.turned_over(behind, lobe.mirrored(up)))
+        for weight, lobe in seen.lobes()
+        if lobe.is_delta
+    ]

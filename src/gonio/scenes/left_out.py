@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..base.sums import lets_through
 from ..errors import LeftOutWarning, warn
 from ..formula.text import listed
 from .scene import Scene
@@ -39,13 +40,6 @@ def tell(who: str, stage: Stage, materials: Sequence[Reflectance], shown: Any) -
         told.append(f"what {every} lets through lights nothing: parts throw shadows as if it were opaque")
     if told:
         warn(f"{who}: {'; '.join(told)}", LeftOutWarning)
-
-
-def lets_through(m: Reflectance) -> bool:
-    """Whether light goes through a material."""
-    return m.sides != "front" and any(
-        lobe.sides == "across" for back in (False, True) for _, lobe in m.turned(back).lobes()
-    )
 
 
 def _is_thin(m: Reflectance) -> bool:

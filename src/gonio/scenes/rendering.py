@@ -14,8 +14,9 @@ from ..arrays import ops
 from ..base.light import Light
 from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
-from ..base.reradiation import exchanges
+from ..base.reradiation import exchanges, has_stand_in
 from ..base.shown_channels import is_coloured, shown_as
+from ..base.sides import hemispheres
 from ..base.under_light import glow
 from ..declared.arguments import Declared, Seed, checked
 from ..errors import ArrayTypeError, ParameterError, ShapeError
@@ -123,7 +124,7 @@ def render(
     wanted = most_samples(samples, tolerance)
     stage, materials = _staged(m, shape, camera, ground, backdrop)
     tell("render", stage, materials, m if isinstance(m, Scene) else shape)
-    if all(x.sides == "front" for x in materials):
+    if not any(-1.0 in hemispheres(x) for x in materials):
         _check_fronts(stage)
     pixels = Pixels.of(stage, size, seed)
     lit = [(x, *lights_of(x, lights, channels)) for x in materials]
@@ -314,7 +315,7 @@ def refuse_fluorescence(m: Reflectance, who: str) -> None:
 
 def in_daylight(m: Reflectance) -> Reflectance:
     """A material that fluoresces as it is in daylight, where its wavelengths are known; others as they are."""
-    return m.under(_daylight(m)) if exchanges(m) and m.wavelengths is not None and m.sides == "front" else m
+    return m.under(_daylight(m)) if has_stand_in(m) else m
 
 
 def _daylight(m: Reflectance) -> np.ndarray:

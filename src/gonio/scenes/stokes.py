@@ -14,6 +14,8 @@ from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..base.results import Sample
+from ..base.sides import sign_of_light
+from ..base.sums import drawn_apart
 from ..declared.arguments import Seed, checked
 from ..declared.notebooks import repr_html
 from ..errors import ParameterError
@@ -163,7 +165,7 @@ class _CameraStokes:
         wi = np.broadcast_to(self.at.local.to_local(self.lib, arrival.w), self.at.wo.shape)
         M, holes = self._matrices(m.mueller(wi, self.at.wo))
         check_channels(M.shape[-3], light, arrival.irradiance.shape[-1])
-        return self._left(M, arrival.w, wi, arrival.irradiance * _cosine(m, wi)), holes
+        return self._left(M, arrival.w, wi, arrival.irradiance * np.abs(wi[..., 2:3])), holes
 
     def extended(self, m: Reflectance, light: Light) -> tuple[np.ndarray, int]:
         """Of a light with extent, sampled as `integrals.illumination.estimate` does."""
@@ -172,27 +174,27 @@ class _CameraStokes:
         if light.can_sample:
             w, light_pdf = light.sample(at.v, at.position)
             to_light = at.local.to_local(self.lib, w)
-        for weight, lobe in m.lobes() if m.sides == "front" else [(1.0, m)]:
-            if lobe.is_delta and m.sides == "front":
+        for weight, lobe in drawn_apart(m):
+            if lobe.is_delta:
                 mirrored = lobe.sample(at.wo, np.zeros(2, at.wo.dtype)).wi
-                M, holes = self._matrices(lobe.delta_mueller(at.wo), weight)
+                M, holes = self._matrices(lobe.delta_mueller(at.wo, across=sign_of_light(lobe) < 0.0), weight)
                 total = total + self._from(M, light, mirrored, np.ones_like(mirrored[..., :1]))
                 missing += holes
                 continue
             s = lobe.sample(at.wo, at.u)
             usable = (s.pdf > 0.0)[..., None]
-            share = np.where(usable, _cosine(m, s.wi) / np.where(usable, s.pdf[..., None], 1.0), 0.0)
+            share = np.where(usable, np.abs(s.wi[..., 2:3]) / np.where(usable, s.pdf[..., None], 1.0), 0.0)
             if light.can_sample:
                 other = light.pdf(at.local.to_world(self.lib, s.wi), at.position)
                 share = share * (s.pdf / np.maximum(s.pdf + other, 1e-30))[..., None]
             M, holes = self._matrices(lobe.mueller(s.wi, at.wo), weight)
-            if m.has_delta and m.sides != "front":
-                M, share = self._with_delta(m, s, M, share)
+            if lobe.has_delta:
+                M, share = self._with_delta(lobe, s, M, share)
             total, missing = total + self._from(M, light, s.wi, share), missing + holes
             if light.can_sample:
                 both = (lobe.pdf(to_light, at.wo) + light_pdf)[..., None]
                 seen = light_pdf[..., None] > 0.0
-                share = np.where(seen, _cosine(m, to_light) / np.where(seen, both, 1.0), 0.0)
+                share = np.where(seen, np.abs(to_light[..., 2:3]) / np.where(seen, both, 1.0), 0.0)
                 M, holes = self._matrices(lobe.mueller(to_light, at.wo), weight)
                 total, missing = total + self._from(M, light, to_light, share), missing + holes
         return total, missing
@@ -233,12 +235,6 @@ class _CameraStokes:
         if self.colour is not None:
             M = np.moveaxis(transformed(np.moveaxis(M, -3, -1), self.colour), -1, -3)
         return M, holes
-
-
-def _cosine(m: Reflectance, wi: np.ndarray) -> np.ndarray:
-    """Cosines (..., 1) of the light that a material serves."""
-    cos = wi[..., 2:3]
-    return np.maximum(cos, 0.0) if m.sides == "front" else np.abs(cos)
 
 
 def _arriving(w: np.ndarray, wi: np.ndarray, local: Frame, state: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from ..arrays import Fixed, ops
 from ..base.angles import direction
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..base.results import Hints
 from ..formula import tree
 from ..formula.direction import Direction, half_and_cosine, polar_angle, reflect, select
 from ..formula.table_warp import MarginalWarp, Slices, both, gather, tables_when_needed
@@ -45,7 +46,7 @@ class Drawn(Reflectance):
     True True
     """
 
-    seam = COSINE_SHARE
+    hints = Hints(seam=COSINE_SHARE)
 
     lobe_cells: Any  # tables of sampling, of bound materials only
     lobe_rows: Any

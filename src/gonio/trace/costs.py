@@ -6,13 +6,11 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
+from ..arrays.ops import OPERATIONS
 from .graph import REAL, Graph
 
-COSTS = {"constant": 0.0, "load": 0.0, "stop": 0.0, "mul": 1.0, "add": 0.5, "sub": 0.5, "neg": 0.5, "div": 3.0}
-COSTS |= {"sqrt": 3.0, "exp": 10.0, "log": 14.0, "sin": 16.0, "cos": 16.0, "erf": 20.0, "power": 40.0, "take": 8.0}
-COSTS |= {"tan": 20.0, "arccos": 17.0, "arctan2": 30.0, "sin_turn": 9.0, "cos_turn": 8.0, "ierfc": 12.0, "erfinv": 40.0}
-COSTS |= {"rays": 300.0}
-"""Costs of operations, in products; a sum costs less, since most are fused with a product."""
+COSTS = {name: row.cost for name, row in OPERATIONS.items() if row.cost is not None}
+"""Costs of operations, in products."""
 OTHER = 0.7
 """Cost of a comparison, a choice and the like."""
 

@@ -26,6 +26,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
+from ..arrays.ops import OPERATIONS
 from .costs import Choice, GraphFacts
 from .graph import REAL, Graph
 
@@ -35,11 +36,9 @@ TOGETHER = {"float32": 4, "float64": 24}
 GUARD = {"float32": 1e-18, "float64": 1e-150}
 """A number below this, added to a sum so that it is not 0, vanishes when the sum is squared."""
 
-BOUNDED = {"sin", "cos", "sin_turn", "cos_turn", "erf", "arccos", "arctan2"}
-"""Operations whose results are not large, however large their arguments are."""
-
-WIDE = {"exp", "power", "log", "tan", "take", "erfinv", "state", "result"}
-"""Operations whose results may be as large as the dtype allows, or their reciprocals."""
+BOUNDED = frozenset(name for name, row in OPERATIONS.items() if row.bounded)
+WIDE = frozenset(name for name, row in OPERATIONS.items() if row.wide)
+"""Operations whose results are never large, and those whose results may be as large as the dtype allows."""
 
 Nodes = frozenset[int] | None
 Facts = tuple[Nodes, Nodes]
@@ -401,16 +400,19 @@ class _Rewriting:
         return node
 
 
-_FACTS: dict[str, Callable[[_Rewriting, Sequence[Product]], Facts]] = {
+Fact = Callable[[_Rewriting, Sequence[Product]], Facts]
+_POSITIVE: dict[str, Fact] = {
+    "anywhere": lambda by, products: (NONE, None),
+    "at 0": lambda by, products: (NONE, by._nonzero(products[0])),
+    "nowhere": lambda by, products: (NONE, NONE),
+}
+_FACTS: dict[str, Fact] = {
     "value": lambda by, products: (by._positive(products[0]), by._nonzero(products[0])),
     "sum": _Rewriting._of_sum,
     "minimum": _Rewriting._of_minimum,
     "maximum": _Rewriting._of_maximum,
     "select": _Rewriting._of_choice,
-    "absolute": lambda by, products: (NONE, by._nonzero(products[0])),
-    "exp": lambda by, products: (NONE, NONE),
-    "sqrt": lambda by, products: (NONE, None),
-    "ierfc": lambda by, products: (NONE, None),
+    **{name: _POSITIVE[row.zero] for name, row in OPERATIONS.items() if row.positive},
 }
 """Facts about the results of operations: the conditions for these to be positive, and not to be 0."""
 

@@ -11,9 +11,6 @@ from ..errors import TraceError
 
 REAL, INDEX, MASK = "real", "index", "mask"
 
-UNARY: tuple[str, ...] = ("neg", "sqrt", "exp", "log", "sin", "cos", "tan", "sin_turn", "cos_turn", "arccos")
-UNARY += ("erf", "erfinv", "ierfc", "absolute", "floor", "stop")
-BINARY = ("add", "sub", "mul", "div", "power", "arctan2", "minimum", "maximum")
 COMPARISONS = ("lt", "le", "gt", "ge", "eq", "ne")
 LOGIC = ("and", "or", "xor")
 SHIFTS = ("shl", "lshr")
@@ -182,15 +179,31 @@ class Graph:
         if operation == "select":
             if nodes[1] == nodes[2]:
                 return nodes[1]
-            return None if value is None else nodes[1] if value else nodes[2]
+            return self._simplified_choice(nodes) if value is None else nodes[1] if value else nodes[2]
         if operation in ("and", "or"):
-            return first if first == nodes[1] else None
+            return first if first == nodes[1] else self._simplified_condition(operation, nodes)
         if operation == "to_real":
             return None if value is None else self.constant(value)
         if operation == "to_index":
             return None if value is None else self.constant(value if math.isfinite(value) else 0, INDEX)
         if operation in ("add", "sub") and self.kinds[first] == INDEX:
             return self._simplified_index(operation, nodes)
+        return None
+
+    def _simplified_choice(self, nodes: Sequence[int]) -> int | None:
+        """A choice of what the same condition chooses already."""
+        condition, *sides = nodes
+        chosen = [
+            self.arguments[n][i] if self.operations[n] == "select" and self.arguments[n][0] == condition else n
+            for i, n in enumerate(sides, 1)
+        ]
+        return None if chosen == sides else self.apply("select", condition, *chosen)
+
+    def _simplified_condition(self, operation: str, nodes: Sequence[int]) -> int | None:
+        """A condition with True or False."""
+        for known, other in (nodes, nodes[::-1]):
+            if self.kinds[known] == MASK and (value := self.value(known)) is not None:
+                return other if value == (operation == "and") else known
         return None
 
     def _product_of_index(self, nodes: Sequence[int]) -> int | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
 
+from ..arrays.ops import OPERATIONS
 from .graph import Graph
 
 MOST = 32
@@ -97,6 +98,10 @@ def _select(graph: Graph, condition: list[Pair], x: list[Pair], y: list[Pair]) -
     return [kept(pair, True) for pair in x] + [kept(pair, False) for pair in y]
 
 
+def _multiplicative(name: str) -> Rule:
+    return lambda graph, x: [(graph.apply(name, a), graph.apply(name, g)) for a, g in x] if len(x) == 1 else None
+
+
 _RULES: dict[str, Rule] = {
     "add": _add,
     "sub": lambda graph, x, y: x + _neg(graph, y),
@@ -104,8 +109,6 @@ _RULES: dict[str, Rule] = {
     "mul": _mul,
     "div": _div,
     "select": _select,
-    "absolute": lambda graph, x: (
-        [(graph.apply("absolute", a), graph.apply("absolute", g)) for a, g in x] if len(x) == 1 else None
-    ),
     "stop": lambda graph, x: x,
+    **{name: _multiplicative(name) for name, row in OPERATIONS.items() if row.multiplicative},
 }

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from ..arrays.ops import OPERATIONS
 from .graph import COMPARISONS, LEAVES, MASK, Graph
 
 _SIGNS: dict[str, tuple[str, float]] = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2)}
 _SIGNS |= dict(zip(COMPARISONS, (("<", 0), ("<=", 0), (">", 0), (">=", 0), ("==", 0), ("!=", 0)), strict=True))
 _SIGNS |= {"and": ("&", 0.5), "or": ("|", 0.5), "xor": ("^", 0.5)}
-_NAMES = {"select": "where", "absolute": "abs", "stop": "stop_gradient", "to_index": "int", "to_real": "float"}
-_NAMES |= {"shl": "shift_left", "lshr": "shift_right"}
 _ATOM, _MINUS = 9, 3
 LENGTH = 90
 
@@ -74,4 +73,5 @@ def _text(
         (a, left), (b, right) = (names[x] for x in arguments)
         a = a if left >= binding else f"({a})"
         return f"{a} {sign} {b if right > binding else f'({b})'}", binding
-    return f"{_NAMES.get(operation, operation)}({', '.join(names[x][0] for x in arguments)})", _ATOM
+    row = OPERATIONS[operation]
+    return f"{row.shown or row.function or operation}({', '.join(names[x][0] for x in arguments)})", _ATOM

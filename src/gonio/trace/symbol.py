@@ -8,8 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import OF_TYPES
+from ..arrays.ops import ELEMENTARY, OPERATIONS
 from ..errors import TraceError
-from .graph import BINARY, INDEX, LOGIC, MASK, REAL, UNARY, Graph
+from .graph import INDEX, LOGIC, MASK, REAL, Graph
+
+_NAMED = {row.operator: name for name, row in OPERATIONS.items()}
+"""Python's operators -> operations."""
 
 
 class Symbol:
@@ -48,7 +53,7 @@ class Symbol:
         return self
 
     def __abs__(self) -> Symbol:
-        return _apply("absolute", self)
+        return _apply(_NAMED["abs"], self)
 
     def __invert__(self) -> Symbol:
         return Symbol(self.graph, self.graph.apply("xor", self.node, self.graph.constant(1, MASK)))
@@ -56,10 +61,10 @@ class Symbol:
     def __pow__(self, exponent: Any) -> Symbol:
         if exponent == 2:
             return _apply("mul", self, self)
-        return _apply("power", self, exponent)
+        return _apply(_NAMED["pow"], self, exponent)
 
     def __rpow__(self, base: Any) -> Symbol:
-        return _apply("power", base, self)
+        return _apply(_NAMED["pow"], base, self)
 
 
 def _operator(name: str, swapped: bool = False) -> Callable[[Symbol, Any], Symbol]:
@@ -71,9 +76,9 @@ def _operator(name: str, swapped: bool = False) -> Callable[[Symbol, Any], Symbo
     return operator
 
 
-for _name, _operation in {"truediv": "div", **{name: name for name in ("add", "sub", "mul", "and", "or")}}.items():
-    setattr(Symbol, f"__{_name}__", _operator(_operation))
-    setattr(Symbol, f"__r{_name}__", _operator(_operation, swapped=True))
+for _name in ("add", "sub", "mul", "truediv", "and", "or"):
+    setattr(Symbol, f"__{_name}__", _operator(_NAMED[_name]))
+    setattr(Symbol, f"__r{_name}__", _operator(_NAMED[_name], swapped=True))
 for _name in ("lt", "le", "gt", "ge", "eq", "ne"):
     setattr(Symbol, f"__{_name}__", _operator(_name))
 
@@ -125,7 +130,7 @@ def _apply(operation: str, *values: Any) -> Symbol:
 
 
 class Symbols:
-    """The functions of `ops` on symbols: an entry of the table of array libraries."""
+    """The functions of `ops` on symbols: their array library."""
 
     name = "symbols"
 
@@ -223,9 +228,11 @@ class TableSymbol:
         self.graph, self.number = graph, number
 
 
-_FUNCTIONS: dict[str, Callable[..., Any]] = {name: partial(_apply, name) for name in (*UNARY, *BINARY)}
-_FUNCTIONS.update(where=_where, take=_take, to_index=_to_index, stop_gradient=_FUNCTIONS["stop"], loop=_loop)
+_FUNCTIONS: dict[str, Callable[..., Any]] = {name: partial(_apply, name) for name in ELEMENTARY}
+_FUNCTIONS.update(where=_where, take=_take, to_index=_to_index, stop_gradient=partial(_apply, "stop"), loop=_loop)
 _WORDS = {"xor": "xor", "bit_and": "and", "shift_left": "shl", "shift_right": "lshr"}
 _WORDS |= {"wrapped_sum": "add", "wrapped_product": "mul"}
 _FUNCTIONS |= {name: _of_words(operation) for name, operation in _WORDS.items()} | {"unit": _unit}
 _FUNCTIONS |= {"nearest": _rays(0), "blocked": _rays(1)}
+
+OF_TYPES.update(dict.fromkeys((Symbol, TableSymbol), Symbols()))

@@ -141,9 +141,8 @@ def _drawn(
     value, u_noise = drawn.mean(axis=0)[()], drawn.std(axis=0, ddof=1)[()]
     parts = _interpolation(function, errors, args, named_args, at_estimate)
     u_interpolation = np.sqrt((parts**2).sum(axis=-1))[()]
-    drawn = drawn + np.random.default_rng([seed, 1]).standard_normal((draws, parts.shape[-1])) @ np.moveaxis(
-        parts, -1, 0
-    )
+    unseen = np.random.default_rng([seed, 1]).standard_normal((draws, parts.shape[-1]))
+    drawn = drawn + np.tensordot(unseen, parts, (1, -1))
     u = np.hypot(u_noise, u_interpolation)[()]
     method = f"Monte Carlo, {draws} draws"
     return Quoted(value, u, u_noise, u_interpolation, at_estimate[()], method, errors.assumed, draws=drawn)

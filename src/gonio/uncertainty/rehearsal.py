@@ -19,6 +19,7 @@ from ..tables.axes import INSIDE, Axis
 from ..tables.gridded import Gridded
 from ..tables.half_planes import APART
 from ..tables.rows import SAME
+from ..tables.scattered import Scattered
 from .functionals import Linear
 from .sensitivity import FEWEST, Around, around, by_channel, coefficients, row
 
@@ -181,16 +182,13 @@ class Rehearsal:
             if len(ruler.places) == 1:
                 kinds.append(("unseen", k))
                 continue
-            if self.within:
+            if not isinstance(self.m, Scattered):  # nodes between rows are not where f was measured
                 kinds.append(("between", k))
             if not ruler.axis.period or ruler.axis.mirrored:
                 kinds.append(("beyond", k))
         if self.m.holes or self.m.outside != "hold":
             kinds.append(("missing", 0))
         return kinds
-
-    within = True
-    """Whether the nodes are where f was measured."""
 
     def _share(self, key: tuple[str, int], near: Around) -> np.ndarray:
         """Weights (n,) of pairs."""

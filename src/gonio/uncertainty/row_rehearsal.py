@@ -32,14 +32,17 @@ class Group(NamedTuple):
     scale: float
 
 
-class RowRehearsal(Rehearsal):
-    """The errors that interpolation may make in results of rows in no grid."""
+class RowRehearsal:
+    """The errors that interpolation may make in results of rows in no grid: those of the grid that stands for them, and
+    those of its nodes, by leaving out rows."""
 
-    m: Scattered
-    within = False
+    def __init__(self, m: Scattered):
+        self.m, self.grid = m, Rehearsal(m)
+        self.table = self.grid.table
 
     def parts(self, of: Linear, noisy: bool) -> list[ErrorPart]:
-        return [*super().parts(of, noisy), *self._by_rows(of, noisy)]
+        """The parts of the error of results of a linear function."""
+        return [*self.grid.parts(of, noisy), *self._by_rows(of, noisy)]
 
     def _by_rows(self, of: Linear, noisy: bool) -> Iterator[ErrorPart]:
         m, four = self.m, tree.is_oriented(self.m)
@@ -68,6 +71,8 @@ class RowRehearsal(Rehearsal):
             yield ErrorPart("off plane", few @ self._off_plane(some, there))
 
     def left_out(self) -> Iterator[tuple[float, list[Gridded]]]:
+        """For each group of rows two tables: without these, and without the others; and the share of the sum of both
+        changes that is the error."""
         angles = angles_of(self.m.axes, tree.is_oriented(self.m))
         for _, left, scale in groups(self.m):
             made = (self._without(without, angles).reshape(self.m.brdf().shape) for without in (left, ~left))
@@ -94,7 +99,7 @@ class RowRehearsal(Rehearsal):
         """What nodes off the only half-plane may be off: as f varies along it."""
         phi = np.mod(there[:, 3] - there[:, 1] - _coordinates(self.m)[-1][0], 2.0 * math.pi)
         off = np.minimum(np.minimum(phi, 2.0 * math.pi - phi) / FADES, 1.0)
-        grid = self.table.reshape(*self.shape, -1)
+        grid = self.table.reshape(*self.grid.shape, -1)
         spread = np.abs(grid - grid.mean(axis=(1, 2), keepdims=True)).reshape(self.table.shape)
         return off[:, None] * spread[some]
 

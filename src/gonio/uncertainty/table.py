@@ -99,7 +99,7 @@ class TableErrors:
         return np.where(has_coefficients, errors * np.sqrt(left)[..., None], errors)
 
     @cached_property
-    def rehearsal(self) -> Rehearsal:
+    def rehearsal(self) -> Rehearsal | RowRehearsal:
         return RowRehearsal(self.m) if isinstance(self.m, Scattered) else Rehearsal(self.m)
 
     def _noise_of(self, part: ErrorPart) -> np.ndarray:

@@ -4,4 +4,4 @@ from __future__ import annotations
 
 from ..interface import Library
 
-LIBRARY = Library("cupy", absolute="abs")
+LIBRARY = Library("cupy")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -172,21 +171,6 @@ class DrJit(Library):
     def op_where(self, condition: Array, a: Array, b: Array) -> Array:
         return self.module.select(condition, a, b)
 
-    def op_erfc(self, x: Array) -> Array:
-        return 1.0 - self.module.erf(x)
-
-    def op_tan(self, x: Array) -> Array:
-        sine, cosine = self.module.sincos(x)  # its own tangent is right to 3e-9 only, in double precision too
-        return sine / cosine
-
-    def op_erfinv(self, x: Array) -> Array:
-        dr = self.module  # its own is of single precision, which two Newton steps amend, and NaN at -1 and 1
-        inside = dr.abs(x) < 1.0
-        y = dr.erfinv(dr.select(inside, x, 0.0))
-        for _ in range(2):
-            y = y - (dr.erf(y) - x) * dr.exp(y * y) * (0.5 * math.sqrt(math.pi))
-        return dr.select(inside, y, x * float("inf"))
-
     def op_take(self, table: Array, index: Array) -> Array:
         if isinstance(table, np.ndarray):
             return float(table[int(index)])
@@ -220,4 +204,4 @@ class DrJit(Library):
         return self.module.is_array_v(x) and self.module.is_float_v(x)
 
 
-LIBRARY = DrJit("drjit", packages=("drjit", "mitsuba"), absolute="abs", arccos="acos", arctan2="atan2")
+LIBRARY = DrJit("drjit", packages=("drjit", "mitsuba"))

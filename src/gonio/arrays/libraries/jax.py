@@ -48,4 +48,4 @@ class Jax(Together):
         return [self.op_stop_gradient(x) for x in while_loop(lambda now: now[0].any(), stepped, tuple(arrays))[1:]]
 
 
-LIBRARY = Jax("jax.numpy", packages=("jax", "jaxlib"), special="jax.scipy.special", absolute="abs")
+LIBRARY = Jax("jax.numpy", packages=("jax", "jaxlib"), special="jax.scipy.special")

@@ -40,4 +40,4 @@ class NumPy(Library):
             return super().of_words(function, a, b)
 
 
-LIBRARY = NumPy("numpy", special="scipy.special", absolute="abs")
+LIBRARY = NumPy("numpy", special="scipy.special")

@@ -66,25 +66,19 @@ class Torch(Together):
             return super().merge_channels(value, how)
         return getattr(value, {"mean": "mean"}.get(how, "a" + how))(-1, keepdim=True) if value.ndim else value
 
-    def _pair(self, a: Array, b: Array) -> tuple[Array, Array]:
+    def pair(self, a: Array, b: Array) -> tuple[Array, Array]:
         like = a if isinstance(a, self.module.Tensor) else b
         return self.convert(a, like), self.convert(b, like)
 
     def op_maximum(self, a: Array, b: Array) -> Array:
         if isinstance(b, (int, float)):
             return a.clamp(min=b)
-        return self.module.maximum(*self._pair(a, b))
+        return self.module.maximum(*self.pair(a, b))
 
     def op_minimum(self, a: Array, b: Array) -> Array:
         if isinstance(b, (int, float)):
             return a.clamp(max=b)
-        return self.module.minimum(*self._pair(a, b))
-
-    def op_arctan2(self, y: Array, x: Array) -> Array:
-        return self.module.arctan2(*self._pair(y, x))
-
-    def op_power(self, x: Array, y: Array) -> Array:
-        return self.module.pow(x, y)
+        return self.module.minimum(*self.pair(a, b))
 
     def op_take(self, table: Array, index: Array) -> Array:
         return self.module.take(table, index) if isinstance(index, self.module.Tensor) else table[index]
@@ -109,4 +103,4 @@ class Torch(Together):
             return super().op_loop(step, *states)
 
 
-LIBRARY = Torch("torch", absolute="abs")
+LIBRARY = Torch("torch")

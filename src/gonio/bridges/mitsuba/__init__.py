@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from ...base.calls import disperses
 from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...base.textured import require_numbers
@@ -173,7 +174,7 @@ def _require_ordinary(m: Reflectance) -> None:
             f"mitsuba.bsdf: {m!r:.60} fluoresces, and light keeps its wavelength there; expected an ordinary material: "
             f"m.under(light)"
         )
-    if m.disperses:
+    if disperses(m):
         raise ParameterError(
             f"mitsuba.bsdf: {m!r:.60} refracts each channel to another direction; expected one index: m.at(550.0)"
         )

@@ -8,6 +8,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ...base.reflectance import Reflectance
+from ...base.sides import refuse_transmission
 from ...distributions.beckmann import Beckmann
 from ...distributions.ggx import GGX
 from ...formula.fresnel.conductor import Conductor
@@ -39,8 +40,10 @@ def xml(m: Reflectance, name: str) -> str:
 def _summed(m: Reflectance, parts: list[tuple[Any, Reflectance]]) -> list[str]:
     if len(parts) == 1:
         return _plugin(m, *parts[0])
-    if len(parts) != 2 or any(part.sides != "front" for _, part in parts):
+    if len(parts) != 2:
         raise refusal(m, "Mitsuba", HOLDS, INSTEAD)
+    for _, part in parts:
+        refuse_transmission(part, str(refusal(m, "Mitsuba", HOLDS, INSTEAD)))
     # (1 - w) times the first and w times the second: each then has its factor over its share.
     factors = [most(weight) * _factor(part) for weight, part in parts]
     if sum(factors) > 1.0 + 1e-6:

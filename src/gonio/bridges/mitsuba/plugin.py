@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays.kinds import SCALAR, VALUE
 from ...base import kernels
 from ...base.reflectance import Reflectance
+from ...base.sums import lobes_on
 from ...errors import ParameterError
 from ...evaluate.tracing import Task, traced
 from ...formula import tree
@@ -26,6 +27,7 @@ def _both(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...
 
 F, PDF = 0, 1
 BOTH = Task(_both, (VALUE, SCALAR), (3, 3))
+DRAWN = kernels.SAMPLE[3]
 
 
 class Carried:
@@ -35,9 +37,7 @@ class Carried:
         self.mi, self.m = mi, m
         self.colours = Colours(mi, m)
         self.numbers, self.tables = numbers(mi, m), tables(mi, m)
-        uniforms = 2 if m.sides == "front" else 3
-        self.drawing = kernels.SAMPLE[uniforms]
-        for task in (BOTH, self.drawing):
+        for task in (BOTH, DRAWN):
             traced(task, m, self.colours.copies)  # raises what stands in the way now, not while Mitsuba renders
 
     def run(
@@ -83,17 +83,9 @@ class Carried:
         return colour, rest
 
 
-def _lobes(m: Reflectance, back: bool) -> list[Reflectance]:
-    """The lobes that a viewer in front, or behind, sees."""
-    seen = m if m.sides == "front" else m.turned(back)
-    if m.sides == "front" and back:
-        return []
-    return [lobe for weight, lobe in seen.lobes() if not (isinstance(weight, float) and weight == 0.0)]
-
-
 def _is_straight(m: Reflectance) -> bool:
     """Whether what a delta lobe lets through goes straight on, so that Mitsuba may follow it as through empty space."""
-    across = any(lobe.is_delta and lobe.sides == "across" for back in (False, True) for lobe in _lobes(m, back))
+    across = any(lobes_on(m, "across", back).has_delta for back in (False, True))
     return across and isinstance(m.index, float) and m.index == 1.0
 
 
@@ -101,16 +93,17 @@ def _flags_of(mi: Any, m: Reflectance) -> list[int]:
     """Mitsuba's flags for each kind of lobe of a material: what it is, and on which sides of the surface."""
     kinds: dict[int, int] = {}
     for back, side in ((False, mi.BSDFFlags.FrontSide), (True, mi.BSDFFlags.BackSide)):
-        for lobe in _lobes(m, back):
-            flag = _kind(mi, lobe, m)
-            kinds[flag] = kinds.get(flag, 0) | int(side)
+        for lit_from in ("front", "across"):
+            for _, lobe in lobes_on(m, lit_from, back).lobes():
+                flag = _kind(mi, lobe, lit_from, m)
+                kinds[flag] = kinds.get(flag, 0) | int(side)
     common = int(mi.BSDFFlags.Anisotropic) if tree.is_oriented(m) else 0
     return [flag | sides | common for flag, sides in kinds.items()]
 
 
-def _kind(mi: Any, lobe: Reflectance, m: Reflectance) -> int:
+def _kind(mi: Any, lobe: Reflectance, lit_from: str, m: Reflectance) -> int:
     flags = mi.BSDFFlags
-    if lobe.sides == "across":
+    if lit_from == "across":
         if lobe.is_delta:
             return int(flags.Null if _is_straight(m) else flags.DeltaTransmission | flags.NonSymmetric)
         return int(flags.GlossyTransmission | flags.NonSymmetric)
@@ -177,10 +170,9 @@ def kind(variant: str) -> type:
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             _require_all(ctx)
-            carried = self.carried
-            u = [sample2.x, sample2.y, sample1][: carried.drawing.widths[1]]
-            weight, (wi, (pdf,), (delta,)) = carried.coloured(
-                carried.drawing, 1, [0, 2, 3], [_constant(si.wi), [dr.detach(x) for x in u]], si.wavelengths
+            u = [dr.detach(x) for x in (sample2.x, sample2.y, sample1)]
+            weight, (wi, (pdf,), (delta,)) = self.carried.coloured(
+                DRAWN, 1, [0, 2, 3], [_constant(si.wi), u], si.wavelengths
             )
             bs: Any = dr.zeros(mi.BSDFSample3f)
             bs.wo = dr.detach(mi.Vector3f(*wi))

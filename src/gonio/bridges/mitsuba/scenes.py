@@ -13,6 +13,7 @@ from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...formula.text import listed
+from ...lights._flat import shines
 from ...lights.constant import ConstantLight
 from ...lights.disk import DiskLight
 from ...lights.distant import DistantLight
@@ -243,7 +244,7 @@ def _given(m: Reflectance | None) -> Reflectance:
 
 
 def _front_alone(light: Any) -> None:
-    if light.sides != "front":
+    if shines(light.sides, np.False_):  # to where its normal does not point
         rule = "expected sides='front', or two lights, back to back"
         raise ParameterError(f"mitsuba.scene: {light!r:.80} shines to both sides; {rule}")
 

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
+from ...base.calls import require_one_direction
 from ...base.reflectance import Reflectance
 from ...base.textured import require_numbers
 from ...compile.source.language import Language
@@ -85,7 +86,7 @@ def shader_source(
             f"does not begin with gl_ or webgl_; such as gold"
         )
     if "sample" in function:
-        m._require_one_direction()
+        require_one_direction(m)
     require_numbers(m, "source")
     _require_no_maps(m)
     if any(True for _ in tree.holed(m)):

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...arrays import Fixed
 from ...arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
-from ...base.reflectance import Reflectance, Scaled, Sum
+from ...base.reflectance import Reflectance
+from ...base.sums import Scaled, Sum
 from ...compile.source.finite import HOLE, finite
 from ...compile.source.language import Language, NamedVector, Signature
 from ...compile.source.lines import ascii_of, with_comment, wrapped

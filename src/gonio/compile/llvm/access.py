@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import gcd
 
 from . import machine
-from .lanes import FLOAT32, IRValue, Lanes
+from .lanes import IRValue, Lanes
 from .lookups import Lookups
 from .program import PACKED, PLANES, Program
 
@@ -26,8 +26,7 @@ class Access:
 
     def __init__(self, program: Program, v: Lanes, order: Sequence[int], values: dict[int, IRValue]):
         self.program, self.v, self.values = program, v, values
-        self.width, self.real = v.width, v.scalar["real"]
-        self.size = 4 if program.dtype == FLOAT32 else 8
+        self.width, self.real, self.size = v.width, v.scalar["real"], v.size
         self.index_type = f"<{self.width} x i64>"
         self.lanes = f"<{', '.join(f'i64 {i}' for i in range(self.width))}>"
         self.masks: dict[tuple[int, int, int], str] = {}  # of places that are left
@@ -59,23 +58,16 @@ class Access:
         word("%past")
         self.v.write("%past.caches = icmp ne i64 %past, 0")
 
-    def moved(self, name: str, base: str, steps: str, stride: str) -> str:
-        """An address so many strides after another, under a name."""
-        self.v.write(f"{name}.step = mul i64 {steps}, {stride}")
-        self.v.write(f"{name} = getelementptr i8, ptr {base}, i64 {name}.step")
-        return name
-
-    def beyond(self, base: str, count: int) -> str:
-        """The address so many bytes beyond another."""
-        name = self.v.name()
-        self.v.write(f"{name} = getelementptr i8, ptr {base}, i64 {count}")
-        return name
+    def rows(self, arrays: Sequence[int]) -> None:
+        """The addresses at which row i of arrays begins."""
+        for k in arrays:
+            self.v.moved(f"%r{k}", f"%p{k}", "%i", f"%p{k}.s0")
 
     def component(self, base: str, k: int, c: int) -> str:
         """The address of component c at an address of array k."""
         if self.program.arrays[k].layout == PACKED:
-            return self.beyond(base, c * self.size)
-        return self.moved(self.v.name(), base, f"%p{k}.sc", str(c))
+            return self.v.beyond(base, c * self.size)
+        return self.v.moved(self.v.name(), base, f"%p{k}.sc", str(c))
 
     def splat(self, node: int, base: str) -> IRValue:
         """One number in all lanes."""
@@ -97,7 +89,7 @@ class Access:
             for place in places:
                 for line in range(0, count * self.width * self.size, LINE):
                     how = (("i32", n) for n in ("0", "3", "1"))  # to be read, soon, data
-                    call = self.v.intrinsic("prefetch.p0", "void", ("ptr", self.beyond(place, AHEAD + line)), *how)
+                    call = self.v.intrinsic("prefetch.p0", "void", ("ptr", self.v.beyond(place, AHEAD + line)), *how)
                     self.v.write(call)
 
     def full_loads(self, nodes: Sequence[int]) -> list[IRValue]:
@@ -123,7 +115,7 @@ class Access:
 
     def offset(self, k: int) -> str:
         """The address of element j of array k."""
-        return self.moved(self.v.name(), f"%r{k}", "%j", f"%p{k}.s1")
+        return self.v.moved(self.v.name(), f"%r{k}", "%j", f"%p{k}.s1")
 
     def vector_load(self, address: str) -> IRValue:
         return self.v.emit("real", f"load {self.v.types['real']}, ptr {address}, align 1")
@@ -136,12 +128,12 @@ class Access:
         if gcd(n, self.v.register) == 1 < n:
             return self.blended_loads(base, n, components, left)
         parts = [self.side_by_side(base, i * w, w, n * left) for i in range(n)]
-        return [self.merged(parts, [divmod(p, w) for p in range(c, n * w, n)]) for c in components]
+        return [self.v.merged(parts, [divmod(p, w) for p in range(c, n * w, n)]) for c in components]
 
     def side_by_side(self, base: str, start: int, count: int, left: int) -> IRValue:
         """So many numbers from the start-th after an address on; `left`: how many each element has of which only those
         within the row are read."""
-        vector, address = f"<{count} x {self.real}>", self.beyond(base, start * self.size)
+        vector, address = f"<{count} x {self.real}>", self.v.beyond(base, start * self.size)
         if not left:
             return self.v.emit("real", f"load {vector}, ptr {address}, align 1")
         if (left, start, count) not in self.masks:
@@ -170,7 +162,7 @@ class Access:
             parts = [self.side_by_side(base, start + i * w, w, n * left) for i in range(n)]
             for c in components:
                 which = [next(i for i in range(n) if (i * w + lane) % n == c) for lane in range(w)]
-                gathered = self.blended(parts, which)
+                gathered = self.v.blended(parts, which)
                 pieces[c].append(self.v.shuffle(gathered, gathered, w, [(e * n + c) % w for e in range(w)]))
         return [self.v.joined(pieces[c], w) for c in components]
 
@@ -179,32 +171,10 @@ class Access:
         w, vector = self.v.register, f"<{n * self.v.register} x {self.real}>"
         pieces: dict[int, list[IRValue]] = {c: [] for c in components}
         for start in range(0, n * self.width, n * w):
-            whole = self.v.emit("real", f"load {vector}, ptr {self.beyond(base, start * self.size)}, align 1")
+            whole = self.v.emit("real", f"load {vector}, ptr {self.v.beyond(base, start * self.size)}, align 1")
             for c in components:
                 pieces[c].append(self.v.shuffle(whole, IRValue("real", "poison"), n * w, range(c, n * w, n)))
         return [self.v.joined(pieces[c], w) for c in components]
-
-    def blended(self, parts: Sequence[IRValue], which: Sequence[int]) -> IRValue:
-        """Every lane from the part of this number."""
-        w, blended = len(which), parts[0]
-        for i in range(1, len(parts)):
-            blended = self.v.shuffle(
-                blended, parts[i], w, [w + lane if which[lane] == i else lane for lane in range(w)]
-            )
-        return blended
-
-    def merged(self, parts: Sequence[IRValue], places: Sequence[tuple[int, int]]) -> IRValue:
-        """The vector whose lanes are at these places (part, lane), by one shuffle for every part but the first."""
-        merged = parts[0]
-        for i in range(1, len(parts)):
-            picks: list[int | str] = []
-            for lane, (part, at) in enumerate(places):
-                if part < i:  # in its place since the first shuffle
-                    picks.append(at if i == 1 else lane)
-                else:
-                    picks.append(self.width + at if part == i else "poison")
-            merged = self.v.shuffle(merged, parts[i], self.width, picks)
-        return merged
 
     def part_loads(self, nodes: Sequence[int]) -> list[IRValue]:
         """The loads of the elements that are left of a row."""
@@ -224,7 +194,11 @@ class Access:
         Gathers would do both at once, but compilers take them apart, number by number.
         """
         components = [self.program.graph.arguments[node][1] for node in members]
-        end, inside, loads = self.moved(self.v.name(), f"%r{k}", "%final", f"%p{k}.s1"), IRValue("mask", "%inside"), []
+        end, inside, loads = (
+            self.v.moved(self.v.name(), f"%r{k}", "%final", f"%p{k}.s1"),
+            IRValue("mask", "%inside"),
+            [],
+        )
         for value, c in zip(self.packed_loads(k, components, left=True), components, strict=True):
             address, name = self.component(end, k, c), self.v.name()
             self.v.write(f"{name}.s = load {self.real}, ptr {address}, align 1")
@@ -274,7 +248,7 @@ class Access:
         table, index_node = self.program.graph.arguments[node]
         place = self.program.graph.value(index_node)
         if place is not None:
-            address, name = self.beyond(f"%t{table}", int(place) * self.size), self.v.name()
+            address, name = self.v.beyond(f"%t{table}", int(place) * self.size), self.v.name()
             self.v.write(f"{name}.s = load {self.real}, ptr {address}, align {self.size}")
             return IRValue("real", self.v.spread(name, self.real, f"{name}.s"))
         return self.lookups.entry(node, self.values[index_node])

@@ -11,9 +11,11 @@ outer axis alone outside the inner loop.
 
 from __future__ import annotations
 
+from ...arrays.ops import OPERATIONS
 from ...trace.graph import COMPARISONS, INDEX, LOGIC, REAL
 from ...trace.passes import rewritten
 from . import elementary, machine, rays
+from .access import Access
 from .lanes import IRValue, Lanes
 from .program import ONCE, ROW, SAME, SUMS, Program
 from .roots import Times, estimated
@@ -87,7 +89,8 @@ class _Writer:
         self.within = graph.steps(self.order)
         self.ended: dict[int, list[IRValue]] = {}  # the states of loops in the end, and what rays met
         self.going = self.v.mask(True)  # the lanes that take the step of a loop
-        self.access = Stores(program, self.v, self.order, self.values)
+        self.access = Access(program, self.v, self.order, self.values)
+        self.stores = Stores(program, self.v, self.values)
         self.level = self._levels()
         self.estimated = set[int]() if times is None else estimated(graph, self.order, self.level, times)
         self.loads = [node for node in self.order if graph.operations[node] == "load"]
@@ -112,7 +115,7 @@ class _Writer:
         return level
 
     def text(self) -> str:
-        v, access, outputs = self.v, self.access, self.program.outputs
+        v, access, stores, outputs = self.v, self.access, self.stores, self.program.outputs
         summed = list(dict.fromkeys(node for output in outputs if output.use in SUMS for node in output.nodes))
         varying = [node for node in self.loads if self.level[node] == 2]
         wide, real = f"<{self.width} x double>", v.types["real"]
@@ -127,6 +130,7 @@ class _Writer:
         v.write("%i.more = icmp ult i64 %i, %stop0", "br i1 %i.more, label %row, label %exit")
         self.into("row")
         access.rows(sorted({self.program.graph.arguments[node][0] for node in self.loads}))
+        stores.rows()
         self.compute(1)
         v.write("br label %inner")
 
@@ -154,28 +158,28 @@ class _Writer:
         v.write(f"%valid = phi <{self.width} x i1> [ splat (i1 true), %load.near ], [ %inside, %load.part ]")
         self.compute(2)
         for node in summed:
-            access.accumulate(node)
+            stores.accumulate(node)
         v.write("br i1 %full, label %store.full, label %store.part")
         self.into("store.full")
-        stores = access.store_full()
+        left = stores.store_full()
         if machine.is_x86():
             v.write("br i1 %streamed, label %store.past, label %store.near")
-            streamed = (f"{store}, align {v.register * access.size}, !nontemporal !0" for store in stores)
+            streamed = (f"{store}, align {v.register * v.size}, !nontemporal !0" for store in left)
             self.into("store.past", *streamed, "br label %inner.end")
             self.into("store.near")
-        v.write(*(f"{store}, align 1" for store in stores), "br label %inner.end")
+        v.write(*(f"{store}, align 1" for store in left), "br label %inner.end")
         self.into("store.part")
-        access.store_part()
+        stores.store_part()
         v.write("br label %inner.end")
         self.into("inner.end", f"%j.next = add i64 %j, {self.width}", "br label %inner")
 
         self.into("outer.end")
-        totals = {node: access.total(node) for node in summed}
+        totals = {node: stores.total(node) for node in summed}
         for k, output in enumerate(outputs):
             if output.use in SUMS:
-                access.store_sums(k, totals)
+                stores.store_sums(k, totals)
             if output.use == ONCE:
-                access.store_once(k)
+                stores.store_once(k)
         v.write("%i.next = add i64 %i, 1", "br label %outer")
         self.into("exit")
         if machine.is_x86():
@@ -185,7 +189,7 @@ class _Writer:
         v.write("ret void")
 
         body = "\n".join(f"{name}:\n  " + "\n  ".join(lines) for name, lines in self.blocks.items())
-        bits = min(self.width * access.size * 8, 512)
+        bits = min(self.width * v.size * 8, 512)
         attributes = f'nounwind "prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}"'
         declared = "\n".join(sorted(v.declared))
         signature = "ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1"
@@ -300,6 +304,8 @@ class _Writer:
             return v.sqrt(a[0], node in self.estimated)
         if operation in elementary.FUNCTIONS:
             return self.elementary(operation, a)
+        if intrinsic := OPERATIONS[operation].llvm:
+            return v.call(intrinsic, *a)
         return getattr(v, operation)(*a)
 
     def elementary(self, name: str, a: list[IRValue]) -> IRValue:

@@ -1,4 +1,4 @@
-"""Instructions on vectors of numbers, as LLVM IR: the parts of kernels and elementary functions."""
+"""Instructions on vectors of numbers and their addresses, as LLVM IR: parts of kernels and elementary functions."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class Lanes:
     exponents) and "mask" (one bit). Products and sums may be contracted to fused multiply-adds; nothing else is
     rearranged, so NaN, infinities and signs of zero keep their meaning. `exact` forbids contraction too. `estimates`:
     whether the processor estimates reciprocal roots as AVX-512 does, to 14 bits. `register`: how many lanes it holds at
-    most in one vector.
+    most in one vector. `size`: bytes of a real.
     """
 
     def __init__(self, dtype: str, width: int, estimates: bool = False, register: int = 0):
         self.dtype, self.width, self.estimates = dtype, width, estimates
-        real, bits = {FLOAT32: ("float", "i32"), FLOAT64: ("double", "i64")}[dtype]
+        real, bits, self.size = {FLOAT32: ("float", "i32", 4), FLOAT64: ("double", "i64", 8)}[dtype]
         self.scalar = {"real": real, "index": "i32", "bits": bits, "mask": "i1"}
         self.suffix = f"v{width}f{32 if dtype == FLOAT32 else 64}"
         self.types = {kind: f"<{width} x {scalar}>" for kind, scalar in self.scalar.items()}
@@ -77,6 +77,40 @@ class Lanes:
             pairs = zip(parts[::2], parts[1::2], strict=True)
             width, parts = 2 * width, [self.shuffle(a, b, width, range(2 * width)) for a, b in pairs]
         return parts[0]
+
+    def blended(self, parts: Sequence[IRValue], which: Sequence[int]) -> IRValue:
+        """Every lane from the part of this number."""
+        w, blended = len(which), parts[0]
+        for i in range(1, len(parts)):
+            blended = self.shuffle(blended, parts[i], w, [w + lane if which[lane] == i else lane for lane in range(w)])
+        return blended
+
+    def merged(self, parts: Sequence[IRValue], places: Sequence[tuple[int, int]]) -> IRValue:
+        """The vector whose lanes are at these places (part, lane), by one shuffle for every part but the first."""
+        merged = parts[0]
+        for i in range(1, len(parts)):
+            picks: list[int | str] = []
+            for lane, (part, at) in enumerate(places):
+                if part < i:  # in its place since the first shuffle
+                    picks.append(at if i == 1 else lane)
+                else:
+                    picks.append(self.width + at if part == i else "poison")
+            merged = self.shuffle(merged, parts[i], self.width, picks)
+        return merged
+
+    # Addresses.
+
+    def moved(self, name: str, base: str, steps: str, stride: str) -> str:
+        """An address so many strides after another, under a name."""
+        self.write(f"{name}.step = mul i64 {steps}, {stride}")
+        self.write(f"{name} = getelementptr i8, ptr {base}, i64 {name}.step")
+        return name
+
+    def beyond(self, base: str, count: int) -> str:
+        """The address so many bytes beyond another."""
+        name = self.name()
+        self.write(f"{name} = getelementptr i8, ptr {base}, i64 {count}")
+        return name
 
     # Constants.
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from ...trace.graph import Graph
-from .lanes import FLOAT32, IRValue, Lanes
+from .lanes import IRValue, Lanes
 from .program import Program
 
 BLOCK = 16
@@ -41,7 +41,7 @@ class Lookups:
 
     def __init__(self, program: Program, v: Lanes, order: Sequence[int], native: int):
         self.v, self.native = v, native
-        self.real, self.size = v.scalar["real"], 4 if program.dtype == FLOAT32 else 8
+        self.real, self.size = v.scalar["real"], v.size
         self.runs = _runs(program.graph, order, BLOCK // self.size)
         self.read: dict[Run, list[IRValue]] = {}
         self.indices: dict[tuple[int, int], IRValue] = {}

@@ -6,22 +6,24 @@ from collections.abc import Mapping, Sequence
 from math import gcd
 
 from ...trace.graph import MASK
-from .access import INLINE, LINE, STRUCTURED, Access
-from .lanes import IRValue
-from .program import ADDED, EACH, SQUARED
+from .access import INLINE, LINE, STRUCTURED
+from .lanes import IRValue, Lanes
+from .program import ADDED, EACH, SQUARED, Program
 
 SQUARE = 16  # numbers of a matrix, which are stored together
 
 
-class Stores(Access):
-    """Writes loads and stores of a program to `v`."""
+class Stores:
+    """Writes stores of a program to `v`; `values`: of its nodes, as far as computed."""
 
-    def rows(self, arrays: Sequence[int]) -> None:
-        """The addresses at which row i of arrays and outputs begins."""
-        for k in arrays:
-            self.moved(f"%r{k}", f"%p{k}", "%i", f"%p{k}.s0")
+    def __init__(self, program: Program, v: Lanes, values: dict[int, IRValue]):
+        self.program, self.v, self.values = program, v, values
+        self.width, self.real, self.size = v.width, v.scalar["real"], v.size
+
+    def rows(self) -> None:
+        """The addresses at which row i of outputs begins, and whether it goes past the caches."""
         for k in range(len(self.program.outputs)):
-            self.moved(f"%q{k}", f"%o{k}", "%i", f"%o{k}.s0")
+            self.v.moved(f"%q{k}", f"%o{k}", "%i", f"%o{k}.s0")
         streamed = "%past.caches"
         for k in filter(self.streamable, range(len(self.program.outputs))):
             name = f"%q{k}.line"
@@ -40,7 +42,7 @@ class Stores(Access):
 
     def output_address(self, k: int, step: int, offset: int = 0) -> str:
         """The address of element j of output k, whose elements are `step` bytes apart."""
-        return self.beyond(self.moved(self.v.name(), f"%q{k}", "%j", str(step)), offset)
+        return self.v.beyond(self.v.moved(self.v.name(), f"%q{k}", "%j", str(step)), offset)
 
     def streamable(self, k: int) -> bool:
         """Whether stores of an output write whole lines of the cache, of results that begin with one."""
@@ -57,21 +59,22 @@ class Stores(Access):
             if output.use != EACH:
                 continue
             values = [self.stored(node) for node in output.nodes]
-            n, w, (_, vector, size) = len(values), self.width, values[0]
+            parts, (_, vector, size) = [part for part, _, _ in values], values[0]
+            n, w = len(parts), self.width
             if n == 1:
-                store = f"store {vector} {values[0][0].name}, ptr {self.output_address(k, size)}"
+                store = f"store {vector} {parts[0].name}, ptr {self.output_address(k, size)}"
                 left.append(store) if self.streamable(k) else self.v.write(f"{store}, align 1")
             elif n % SQUARE == 0 and self.streamable(k):
-                left += self.square_stores(k, [x for x, _, _ in values])
+                left += self.square_stores(k, parts)
             elif not self.streamable(k):
                 self.scatter(k, "splat (i1 true)", values)
             elif self.v.register * self.size == STRUCTURED:
-                left += self.structured_stores(k, [x for x, _, _ in values])
+                left += self.structured_stores(k, parts)
             elif gcd(n, self.v.register) == 1:
-                left += self.blended_stores(k, [x for x, _, _ in values])
+                left += self.blended_stores(k, parts)
             else:
                 for i in range(n):
-                    part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
+                    part = self.v.merged(parts, [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
                     left.append(f"store {vector} {part.name}, ptr {self.output_address(k, n * size, i * w * size)}")
         return left
 
@@ -100,7 +103,7 @@ class Stores(Access):
                 lanes = {(e * n + c) % w: start + e for e in range(w)}
                 ordered.append(self.v.shuffle(value, value, self.width, [lanes[lane] for lane in range(w)]))
             for i in range(n):
-                part = self.blended(ordered, [(i * w + lane) % n for lane in range(w)])
+                part = self.v.blended(ordered, [(i * w + lane) % n for lane in range(w)])
                 address = self.output_address(k, n * self.size, (start * n + i * w) * self.size)
                 left.append(f"store {vector} {part.name}, ptr {address}")
         return left
@@ -154,7 +157,7 @@ class Stores(Access):
         for c, (value, vector, size) in enumerate(values):
             address, name = self.output_address(k, n * size, c * size), self.v.name()
             steps = ", ".join(f"i64 {lane * n * size}" for lane in range(w))
-            self.v.write(f"{name} = getelementptr i8, ptr {address}, {self.index_type} <{steps}>")
+            self.v.write(f"{name} = getelementptr i8, ptr {address}, <{w} x i64> <{steps}>")
             full = f"masked.scatter.v{w}{'i8' if size == 1 else f'f{8 * size}'}.v{w}p0"
             arguments = (vector, value.name), (f"<{w} x ptr>", name), ("i32", "1"), (f"<{w} x i1>", mask)
             self.v.write(self.v.intrinsic(full, "void", *arguments))
@@ -189,5 +192,5 @@ class Stores(Access):
         for c, node in enumerate(self.program.outputs[k].nodes):
             value, vector, size = self.stored(node)
             first = self.v.emit(value.kind, f"extractelement {vector} {value.name}, i64 0")
-            address = self.beyond(f"%q{k}", c * size)
+            address = self.v.beyond(f"%q{k}", c * size)
             self.v.write(f"store {'i8' if size == 1 else self.real} {first.name}, ptr {address}, align 1")

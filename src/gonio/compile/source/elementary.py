@@ -147,18 +147,15 @@ def ierfc(x: Any) -> Any:
     return ops.where(x >= error_function.IERFC_END[FLOAT32], 0.0, square * square)
 
 
-FUNCTIONS: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {
-    **{f.__name__: (f, ("x",)) for f in (sin_turn, cos_turn, sin, cos, tan, exp, log, arccos, erf, erfinv, ierfc)},
-    "power": (power, ("x", "y")),
-    "arctan2": (arctan2, ("y", "x")),
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    name: formula for name, formula in tuple(globals().items()) if name in ops.ELEMENTARY
 }
-"""Operation -> its formula, and the names of its arguments."""
+"""Operation -> its formula: those of `ops` that stand above."""
 
 
 @cache
 def graph_of(operation: str) -> tuple[Graph, int, tuple[str, ...]]:
     """The graph of a function, its result, and its arguments: loads (i, 0)."""
-    function, names = FUNCTIONS[operation]
-    graph = Graph()
-    result = function(*(Symbol(graph, graph.load(i, 0)) for i in range(len(names))))
+    names, graph = ops.ELEMENTARY[operation].arguments, Graph()
+    result = FUNCTIONS[operation](*(Symbol(graph, graph.load(i, 0)) for i in range(len(names))))
     return graph, result.node, names

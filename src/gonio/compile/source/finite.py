@@ -12,7 +12,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from ...arrays import ops
-from ...trace.graph import COMPARISONS, LOGIC, MASK, REAL, UNARY, Graph
+from ...trace.graph import COMPARISONS, LOGIC, MASK, REAL, Graph
 
 _COMPARED = {
     "lt": lambda a, b: a < b,
@@ -107,7 +107,7 @@ def _calculated(g: Graph, operation: str, values: Sequence[float | None]) -> int
         result = _CALCULATED[operation](*values)
     elif operation == "div" and values[1] != 0.0:
         result = values[0] / values[1]  # type: ignore[operator]  # both are known here
-    elif operation in (*UNARY, "power", "minimum", "maximum", "arctan2") and operation != "neg":
+    elif operation in ops.ELEMENTARY:
         with np.errstate(all="ignore"):
             result = float(getattr(ops, operation)(*map(np.float64, values)))
     else:

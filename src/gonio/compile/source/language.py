@@ -1,15 +1,17 @@
 """What a language is to the writer: its words for types, numbers, operations, tables and functions.
 
-The base is C; each file of `languages/` changes what differs.
+Each file of `languages/` changes what differs from most of them.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays.ops import ELEMENTARY
 from ...trace.graph import INDEX, MASK, REAL
 
 
@@ -23,6 +25,13 @@ def bare(text: str) -> str:
         if depth == 0 and i < len(text) - 1:
             return text
     return text[1:-1]
+
+
+def calls(*languages: str) -> dict[str, str]:
+    """What languages of these sorts call elementary functions, those that have them."""
+    return {
+        name: row.languages[word] for word in languages for name, row in ELEMENTARY.items() if word in row.languages
+    }
 
 
 LARGEST = 3.4028235e38
@@ -48,34 +57,32 @@ class Signature:
     results: tuple[NamedVector, ...]
 
 
-class Language:
-    """C, and what other languages have in common with it."""
+class Language(ABC):
+    """What most languages have in common, which is that of shaders."""
 
-    name = "c"
-    title = "C99"
-    suffix = ".c"
-    preamble: tuple[str, ...] = ("#include <math.h>",)
-    before = "static inline "
+    name: str
+    title: str
+    suffix: str
+    preamble: tuple[str, ...] = ()
+    before = ""
+    before_constant = "const"
+    dereference = ""
+    """What stands before a result to which a number is assigned."""
     comment = "//"
-    words: Mapping[str, str] = {REAL: "float", INDEX: "int", MASK: "int"}
-    truth = ("1", "0")
-    number_end = "f"
-    infinity = "INFINITY"
-    missing = "NAN"
-    """Where a measurement has no value."""
-    calls: Mapping[str, str] = {
-        **{op: f"{op}f" for op in ("sqrt", "exp", "log", "sin", "cos", "tan", "floor", "erf")},
-        "arccos": "acosf",
-        "arctan2": "atan2f",
-        "power": "powf",
-        "absolute": "fabsf",
-        "minimum": "fminf",
-        "maximum": "fmaxf",
-    }
+    words: Mapping[str, str] = {REAL: "float", INDEX: "int", MASK: "bool"}
+    vectors: Mapping[int, str] = {}
+    """Types of several numbers, by how many."""
+    truth = ("true", "false")
+    number_end = ""
+    infinity = "3.4028234e38"  # as a decimal number not above the largest, which WGSL refuses
+    missing = "0.0"
+    """Where a measurement has no value; 0 where a language cannot write NaN."""
+    calls: Mapping[str, str] = calls("shading")
     """Operations that the language has, by its names; the others are written as functions (`elementary`)."""
-    imprecise: frozenset[str] = frozenset()
+    imprecise = frozenset(name for name, row in ELEMENTARY.items() if "shading" in row.rough)
     """Those of `calls` that have too few digits to be called but by the helpers that replace them."""
     returns_arrays = False
+
     # Numbers.
 
     def number(self, value: float) -> str:
@@ -98,12 +105,14 @@ class Language:
     # Vectors.
 
     def type(self, width: int, kind: str = REAL) -> str:
-        """The type of a vector; "" where it is an array, which C writes behind the name."""
-        return self.words[kind] if width == 1 else ""
+        """The type of a vector; "" where it is an array, whose length stands behind its name."""
+        return self.words[kind] if width == 1 else self.vectors.get(width, "")
 
     def component(self, v: NamedVector, i: int) -> str:
         """Component i of a vector."""
-        return v.name if v.width == 1 else f"{v.name}[{i}]"
+        if v.width == 1:
+            return v.name
+        return f"{v.name}.{'xyzw'[i]}" if v.width in self.vectors else f"{v.name}[{i}]"
 
     def constant_component(self, v: NamedVector, i: int) -> str:
         """Component i of a constant at the top of the text."""
@@ -111,18 +120,20 @@ class Language:
 
     def global_constant(self, v: NamedVector, values: Sequence[float]) -> str:
         """Numbers of a material, at the top of the text."""
-        numbers = ", ".join(map(self.number, values))
-        if v.width == 1:
-            return f"static const float {v.name} = {numbers};"
-        return f"static const float {v.name}[{v.width}] = {{{numbers}}};"
+        declared = f"{self.type(v.width)} {v.name}" if self.type(v.width) else f"float {v.name}[{v.width}]"
+        return f"{self.before_constant} {declared} = {self.built(v, list(map(self.number, values)))};"
 
     def argument(self, v: NamedVector) -> str:
         """An argument in a signature."""
-        return f"{self.words[v.kind]} {v.name}" if v.width == 1 else f"const float {v.name}[{v.width}]"
+        return f"{self.type(v.width, v.kind)} {v.name}" if self.type(v.width) else f"float {v.name}[{v.width}]"
 
     def result(self, v: NamedVector) -> str:
         """A result in a signature, where it is not returned."""
-        return f"{self.words[v.kind]} *{v.name}" if v.width == 1 else f"float {v.name}[{v.width}]"
+        return f"out {self.argument(v)}"
+
+    def array(self, numbers: Sequence[str]) -> str:
+        """Numbers as an array."""
+        return f"{{{', '.join(numbers)}}}"
 
     # Statements.
 
@@ -150,18 +161,18 @@ class Language:
         return f"({a} != {b})"
 
     def to_index(self, x: str) -> str:
-        return f"(int)({x})"
+        return f"{self.words[INDEX]}({x})"
 
     def to_real(self, x: str) -> str:
-        return f"(float)({x})"
+        return f"{self.words[REAL]}({x})"
 
     def shifted(self, operation: str, a: str, b: str) -> str:
         """A whole number shifted; to the right zeros follow."""
-        return f"(int)((unsigned)({a}) {'<<' if operation == 'shl' else '>>'} ({b}))"
+        return f"int(uint({a}) {'<<' if operation == 'shl' else '>>'} {b})"
 
     def unread(self, name: str) -> str:
-        """A statement for an argument that a function does not read, so that no compiler complains."""
-        return f"(void){name};"
+        """A statement for an argument that a function does not read, where compilers complain without; else ""."""
+        return ""
 
     # Functions.
 
@@ -171,8 +182,8 @@ class Language:
             return [f"return {self.built(single, values[single.name])};"]
         lines = []
         for v in signature.results:
-            if v.width == 1:
-                lines.append(f"*{v.name} = {values[v.name][0]};")
+            if self.type(v.width):
+                lines.append(f"{self.dereference}{v.name} = {self.built(v, values[v.name])};")
             else:
                 lines += [f"{v.name}[{i}] = {x};" for i, x in enumerate(values[v.name])]
         return lines
@@ -186,7 +197,9 @@ class Language:
 
     def built(self, v: NamedVector, values: Sequence[str]) -> str:
         """A vector of values."""
-        return values[0] if v.width == 1 else f"{self.type(v.width)}({', '.join(values)})"
+        if v.width == 1:
+            return values[0]
+        return f"{self.type(v.width)}({', '.join(values)})" if self.type(v.width) else self.array(values)
 
     def header(self, signature: Signature) -> str:
         """The line that begins a function."""
@@ -205,78 +218,17 @@ class Language:
 
     def small_table(self, name: str, values: np.ndarray) -> list[str]:
         """A table in the text, and the function that reads it."""
-        numbers = ", ".join(map(self.number, values))
-        return [f"static const float {name}[{len(values)}] = {{{numbers}}};", *self.reader(name, len(values))]
+        numbers = self.array([self.number(x) for x in values])
+        return [f"{self.before_constant} float {name}[{len(values)}] = {numbers};", *self.reader(name, len(values))]
 
+    @abstractmethod
     def large_table(self, name: str, count: int, number: int) -> list[str]:
         """The declaration of a table that the program brings, and the function that reads it."""
-        return [f"const float *{name}; // of {count} numbers: set it first", *self.reader(name, count)]
 
     def reader(self, name: str, count: int) -> list[str]:
         """The function that reads an entry of an array, the nearest one beyond its ends."""
-        inside = f"i < 0 ? 0 : i > {count - 1} ? {count - 1} : i"
-        return [f"{self.before}float {name}_at(int i) {{ return {name}[{inside}]; }}"]
+        return [f"{self.before}float {name}_at(int i) {{ return {name}[{self.clamped(count)}]; }}"]
 
-
-class Shading(Language):
-    """What shading languages have in common: vectors of two to four numbers, calls without a letter for the type."""
-
-    preamble: tuple[str, ...] = ()
-    before = ""
-    words: Mapping[str, str] = {REAL: "float", INDEX: "int", MASK: "bool"}
-    truth = ("true", "false")
-    number_end = ""
-    infinity = "3.4028234e38"  # as a decimal number not above the largest, which WGSL refuses
-    missing = "0.0"  # where a language cannot write NaN
-    calls: Mapping[str, str] = {
-        **{op: op for op in ("sqrt", "floor", "log")},
-        "exp": "exp2",  # of whole numbers, which its helper leaves
-        "absolute": "abs",
-        "minimum": "min",
-        "maximum": "max",
-    }
-    imprecise = frozenset({"exp", "log"})
-    vectors: Mapping[int, str] = {}
-
-    def type(self, width: int, kind: str = REAL) -> str:
-        return self.words[kind] if width == 1 else self.vectors.get(width, "")
-
-    def unread(self, name: str) -> str:
-        return ""
-
-    def component(self, v: NamedVector, i: int) -> str:
-        if v.width == 1:
-            return v.name
-        return f"{v.name}.{'xyzw'[i]}" if v.width in self.vectors else f"{v.name}[{i}]"
-
-    def argument(self, v: NamedVector) -> str:
-        return f"{self.type(v.width, v.kind)} {v.name}" if self.type(v.width) else f"float {v.name}[{v.width}]"
-
-    def result(self, v: NamedVector) -> str:
-        return f"out {self.argument(v)}"
-
-    def global_constant(self, v: NamedVector, values: Sequence[float]) -> str:
-        numbers = list(map(self.number, values))
-        if self.type(v.width):
-            return f"const {self.type(v.width)} {v.name} = {self.built(v, numbers)};"
-        return f"const float {v.name}[{v.width}] = {self.array(numbers)};"
-
-    def array(self, numbers: Sequence[str]) -> str:
-        """Numbers as an array."""
-        return f"float[{len(numbers)}]({', '.join(numbers)})"
-
-    def outputs(self, signature: Signature, values: Mapping[str, Sequence[str]]) -> list[str]:
-        if self.returned(signature) is not None:
-            return super().outputs(signature, values)
-        lines = []
-        for v in signature.results:
-            if self.type(v.width):
-                lines.append(f"{v.name} = {self.built(v, values[v.name])};")
-            else:
-                lines += [f"{v.name}[{i}] = {x};" for i, x in enumerate(values[v.name])]
-        return lines
-
-    def built(self, v: NamedVector, values: Sequence[str]) -> str:
-        if v.width == 1:
-            return values[0]
-        return f"{self.type(v.width)}({', '.join(values)})" if self.type(v.width) else self.array(values)
+    def clamped(self, count: int) -> str:
+        """The index i, or that of the nearest of so many entries."""
+        return f"clamp(i, 0, {count - 1})"

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...base.reflectance import Reflectance
+from ...base.sides import require_finite
 from ...declared.arguments import checked
 from ...declared.notebooks import repr_html
 from ...errors import Error, ParameterError, ShapeError
@@ -162,9 +163,7 @@ def fit_map(
     loss = values.usual_loss if loss is None else loss
     if loss not in LOSSES:
         raise ParameterError(f"loss={loss!r:.60}: expected one of {listed([*LOSSES])}")
-    if model.sides != "front" or model.has_delta:
-        what = "a perfect mirror" if model.has_delta else "it transmits light"
-        raise ParameterError(f"{model!r:.80}: {what}; expected a model whose f is finite, of one side")
+    require_finite(model)
     observations = _Observations.of(values, mask, loss)
     free = unknowns(model, observations.values.shape[2], by, per_channel)
     texels = len(observations.values)

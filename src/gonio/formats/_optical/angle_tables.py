@@ -26,6 +26,7 @@ from ...tables.rows import ROW_ANGLES
 from ...tables.scattered import Scattered
 from .._layout import Layout
 from .._reading import plain_text
+from .._sides import read_as
 
 SAME = 1e-8  # angles closer than this [degrees] are the same
 ABSOLUTE = ("phi_i", "phi_o", "phi_h")
@@ -76,20 +77,19 @@ def as_filed(m: Reflectance, file_class: type, asked: GridRequest) -> Any:
     None, too, where something is asked for. Raises ParameterError for a delta lobe and for maps, which no table of f
     holds.
     """
-    parts = quarters(m)
-    for part in parts.values():
+    parts = [*read_as(m)]
+    for part, _ in parts:
         tabular_shape(part)
-    first = next(iter(parts.values()), None)
+    first = next((part for part, _ in parts), None)
     if not isinstance(first, Filed) or not isinstance(first.filed, file_class):
         return None
     if not asked.own_angles or asked.channel is not None:
         return None
-    if m.sides == "front":
-        return first.filed if {*first.filed_as} & {"front", "back"} else None
-    for quarter, part in parts.items():
-        if not isinstance(part, Filed) or part.filed is not first.filed or quarter not in part.filed_as:
+    for part, places in parts:
+        if not isinstance(part, Filed) or part.filed is not first.filed or not {*part.filed_as} & {*places}:
             return None
-    return first.filed if {*parts} == {*first.filed_with} else None
+    is_whole = first is m or {*quarters(m)} == {*first.filed_with}
+    return first.filed if is_whole else None
 
 
 def mirrored_x(

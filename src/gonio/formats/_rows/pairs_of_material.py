@@ -22,6 +22,7 @@ from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import channels_named, needed, own_nodes
 from ...tables.scattered import Scattered
+from .._sides import is_part
 from .direction_pairs import LEVEL, Pairs, material, seen_from, together
 
 
@@ -220,7 +221,7 @@ def rows_of(
 
     Raises the errors of `pairs_of`, and ParameterError where parts have different channels.
     """
-    if m.sides == "front":
+    if is_part(m):
         pairs = pairs_of(m, resolution, quantities, incident=incident)
         return pairs if incident is not None else with_others(pairs, m)
     parts = {q: part for q, part in quarters(m).items() if incident is None or _is_lit(q, incident)}

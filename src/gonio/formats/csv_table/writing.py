@@ -22,7 +22,7 @@ from .._laboratory.names import QUANTITIES
 from .._reading import channel_words, plain_text
 from .._rows.direction_pairs import Pairs
 from .._rows.pairs_of_material import Resolution, of_nodes, pairs_of, rows_of, table_of, with_others
-from .._sides import about_of
+from .._sides import about_of, is_part
 from .words import MARK, OPTIONS
 
 
@@ -38,7 +38,7 @@ def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
     >>> print(gn.load("white.csv").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
-    if m.sides != "front":
+    if not is_part(m):
         _write_rows(path, m, rows_of(m, resolution, [*QUANTITIES.values()]), [*ROW_ANGLES], _shared_options(m))
         return
     table = table_of(m, resolution)

@@ -23,6 +23,7 @@ from ...arrays import Fixed, Roomy, ops
 from ...arrays.kinds import with_channels
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
+from ...base.results import Hints
 from ...declared.arguments import Declared
 from ...errors import FormatError, ParameterError
 from ...formula.direction import Direction, half_and_cosine, half_difference, on_circle, reflect, select
@@ -207,9 +208,8 @@ class MERL(Measured):
         return tuple(ops.take(self.rings, ring + row * ROW) for row in range(3))
 
     @property
-    def seam(self) -> float:
-        """The first random number at which `warp` changes from the rings to the cosine hemisphere."""
-        return float(self._kept["rings"].numbers[N])
+    def hints(self) -> Hints:  # `warp` changes there from the rings to the cosine hemisphere
+        return Hints(seam=float(self._kept["rings"].numbers[N]))
 
     def estimate(self, wo: Direction) -> Any:
         return ops.take(self.rings, ops.to_index(0.0 * wo.z) + ALBEDO)

@@ -12,6 +12,7 @@ import numpy as np
 from ...arrays import Fixed, ops
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
+from ...base.results import Hints
 from ...declared.arguments import Declared
 from ...formula import warp
 from ...formula.direction import Direction, polar_angle, reflect, select
@@ -111,7 +112,7 @@ class RGL(Measured):
     format = NAME
     parameterization = "adaptive half vectors"
     quantity: str = note("brdf * cos(theta_o)")
-    seam = COSINE_SHARE
+    hints = Hints(seam=COSINE_SHARE)
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "the file's values are kept as they are, with noise around 0",
         "reciprocity": "the tables of every wi are measured and interpolated on their own",

@@ -26,7 +26,7 @@ from ...tables.axes import fits
 from ...tables.drawing import Sampled
 from .._reading.large_tables import expect_channels
 from .._reading.tensor_file import opened
-from .._sides import Side, joined, wanted
+from .._sides import Side, joined, read_as, wanted
 from .contents import GZIP, MAGIC, inflated, parse, serialize
 
 if TYPE_CHECKING:
@@ -268,14 +268,11 @@ def write(
 
 def _as_it_was(m: Reflectance) -> dict[str, Any] | None:
     """The parts of the file that a material was read from, if it is all of that."""
-    if m.sides == "front":
-        return m.parts if isinstance(m, Scatfun) and m.signs[0] == m.signs[1] else None
-    found = quarters(m)
-    files = [part.parts for q, part in found.items() if isinstance(part, Scatfun) and part.signs == SIGNS[q]]
-    if len(files) < len(found) or {*found} != {*_held(files[0])}:
+    parts = [*read_as(m)]
+    files = [x.parts for x, places in parts if isinstance(x, Scatfun) and x.signs in [SIGNS[q] for q in places]]
+    if len(files) < len(parts) or not (parts[0][0] is m or {*quarters(m)} == {*_held(files[0])}):
         return None
-    first = serialize(files[0])
-    return files[0] if all(serialize(file) == first for file in files[1:]) else None
+    return files[0] if all(file is files[0] or serialize(file) == serialize(files[0]) for file in files[1:]) else None
 
 
 def _held(parts: Mapping[str, Any]) -> list[str]:

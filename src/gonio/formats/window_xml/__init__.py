@@ -275,9 +275,11 @@ def write(
         raise ParameterError(f"{resolution=!r:.60}, {tolerance=!r:.60}: are of trees; give tree=3 or tree=4 with them")
     if basis is not None and tree is not None:
         raise ParameterError(f"basis={basis!r:.40} and tree={tree!r}: expected one of them")
-    if m.sides != "front" and side != "front":
+    parts = quarters(m)
+    if parts.get("front") is m:
+        parts = {side: m}
+    elif side != "front":
         raise ParameterError(f"side={side!r}: {m!r:.80} has both sides; turn it over yourself, or leave side out")
-    parts = quarters(m) if m.sides != "front" else {side: m}
     if tree is not None:
         pieces = new.tree(parts, tree, resolution, tolerance, name)
     elif basis is None and (same := _as_it_was(m)):
@@ -295,11 +297,10 @@ def write(
 def _as_it_was(m: Reflectance) -> list[bytes] | None:
     """The file that a material was read from, with the present numbers; None where it was not all of that."""
     cells: list[Klems | TensorTree] = []
-    parts = quarters(m)
-    for quarter, part in parts.items():
-        if isinstance(part, Reversed) and any(part.of is other for other in parts.values()):
+    parts = [*_sides.read_as(m)]
+    for part, places in parts:
+        if isinstance(part, Reversed) and any(part.of is other for other, _ in parts):
             continue  # it follows from the other when the file is read
-        places = ("front", "back") if m is part else (quarter,)
         if not isinstance(part, (Klems, TensorTree)) or part.document is None or part.quarter not in places:
             return None
         cells.append(part)

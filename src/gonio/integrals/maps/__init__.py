@@ -24,6 +24,8 @@ import numpy as np
 
 from ...base.map_shape import map_shape
 from ...base.reflectance import Reflectance
+from ...base.sides import hemispheres
+from ...base.sums import drawn_apart
 from ...evaluate import batch
 from ...evaluate.factors import factors
 from ...formula import tree
@@ -41,10 +43,7 @@ def over_places(m: Reflectance, wanted: Wanted) -> Integrals:
     if not map_shape(m):
         number = np.arange(len(wanted.unit))
         return wanted.direct(m, number, Places(shape, number), wanted.tolerance)
-    if m.sides == "both":  # seen from either side: no combination of lobes
-        number = np.broadcast_to(np.arange(len(wanted.unit)).reshape(wanted.shape), shape).reshape(-1)
-        return wanted.direct(m, number, Places(shape, np.arange(len(number))), wanted.tolerance)
-    lobes = list(m.lobes())
+    lobes = list(drawn_apart(m))
     share = max(1, sum(not lobe.is_delta for _, lobe in lobes))
     value: np.ndarray = np.zeros((*shape, 1))
     error, missing = np.zeros(shape), np.zeros(shape)
@@ -73,7 +72,7 @@ def _of_lobe(lobe: Reflectance, wanted: Wanted) -> Integrals:
     apart = all(1 in pair for pair in zip(*axes, strict=True))
     plain = (
         not lobe.is_delta
-        and lobe.sides == "front"
+        and -1.0 not in hemispheres(lobe)
         and not any(isinstance(field, Channels) for _, field, _, _ in tree.walk(lobe))
     )
     if math.prod(map_axes) <= 1 or not apart or not plain:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...base.angles import angles
 from ...base.reflectance import Reflectance
+from ...base.sides import require_finite
 from ...declared.arguments import Declared, Seed, checked
 from ...errors import ParameterError, ShapeError, TraceError, shown
 from ...fitting.asked import PerChannel
@@ -172,9 +173,7 @@ def check_noise(noise: float, floor: float) -> None:
 
 
 def _unknowns(m: Reflectance, first: Reflectance, by: Any, per_channel: Any) -> Unknowns:
-    if m.sides != "front" or m.has_delta:
-        what = "a perfect mirror" if m.has_delta else "it transmits light"
-        raise ParameterError(f"{m!r:.80}: {what}; expected a model whose f is finite, of one side")
+    require_finite(m)
     if m.channels != first.channels:
         raise ParameterError(
             f"model: {m!r:.80} has channels {m.channels}, the first model {first.channels}; expected one structure"

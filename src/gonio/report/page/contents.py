@@ -13,6 +13,7 @@ from ...base.angles import direction
 from ...base.map_shape import map_shape
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
+from ...base.sides import hemispheres
 from ...catalogue.citations import cite
 from ...errors import ParameterError
 from ...facts.material import facts, quoted, to_rgb
@@ -80,7 +81,7 @@ def contents_of(subject: Subject, with_fits: bool = True, progress: Progress | N
     found.add("laws", lambda: _laws(m, lambda done, total: tell(0.1 + 0.5 * done / total)))
     found.add("colour", lambda: colours(m))
     found.add("delta", lambda: _deltas(m) if m.has_delta else None)
-    found.add("fate", lambda: _fates(m) if m.sides != "front" else None)
+    found.add("fate", lambda: _fates(m) if "sides" in about else None)
     found.add("polarization", lambda: _polarization(m) if m.polarizes else None)
     tell(0.65)
     if with_fits:
@@ -217,9 +218,10 @@ def lab_of(rgb: np.ndarray) -> list[float]:
 def _deltas(m: Reflectance) -> dict[str, Any]:
     """The shares of delta lobes by angle of incidence: reflected and, where light passes, transmitted."""
     wo = direction(np.radians(TABLE), plane(m))
-    shares = {"reflected": with_channels(m.delta_reflectance(wo), 1).tolist()}
-    if m.sides != "front":
-        shares["transmitted"] = with_channels(m.delta_reflectance(wo, across=True), 1).tolist()
+    shares = {
+        name: with_channels(m.delta_reflectance(wo, across=z < 0.0), 1).tolist()
+        for name, z in zip(("reflected", "transmitted"), hemispheres(m), strict=False)
+    }
     return {"theta_i": list(TABLE), "channels": channels_of(m), **shares}
 
 

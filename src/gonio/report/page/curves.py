@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base.reflectance import Reflectance
+from ...base.sides import hemispheres
 from ...figures._slices import bounded, f_in_plane, incidences, one_number, plane, slices_of
 from ...figures.half_difference_figure import nodes, slice_of
 from ...tables.gridded import Gridded
@@ -42,10 +43,10 @@ def slices(m: Reflectance) -> dict[str, Any]:
                 u = None if points.u is None else points.u.tolist()
                 row["measured"] = {"views": points.views.tolist(), "f": points.measured.tolist(), "u": u}
             found[name].append(row)
-    if m.sides != "front":
+    for z in hemispheres(m)[1:]:
         found["through"] = []
         for theta, views in zip(thetas, views_of, strict=True):
-            f = f_in_plane(within, theta, views, through=True)
+            f = f_in_plane(within, theta, views, through=z < 0.0)
             found["through"].append({"theta_i": theta, "views": views.tolist(), "f": f.tolist()})
     return found
 

@@ -10,12 +10,12 @@ from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...catalogue import builtin
 from ...catalogue.expressions import expression
-from ...errors import Error
+from ...errors import Error, ParameterError
 from ...evaluate.tracing import content
 from ...figures._slices import bounded, f_in_plane, incidences, lit_range
 from ...fitting.fitting import fit
 from ...fitting.result import Fit
-from ...reconstruction.nearness import nearest
+from ...reconstruction.nearness import nearest, require_reflecting
 from . import curves
 from .guarded import in_a_line
 
@@ -54,6 +54,11 @@ def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
     }
     entry = builtin.find(name)
     try:
+        require_reflecting(m)
+    except ParameterError as error:
+        found["reasons"].append(in_a_line(error))
+        return found
+    try:
         for match in nearest(m, count=NEAREST + 1):
             is_itself = entry is not None and match.name == entry.name and match.distance == 0.0
             if match.rank and not is_itself and len(found["nearest"]) < NEAREST:
@@ -61,8 +66,6 @@ def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
                 found["nearest"].append(row)
     except Error as error:
         found["reasons"].append(in_a_line(error))
-    if found["reasons"] and m.sides != "front":
-        return found
     if (m.channels or 1) > CHANNELS:
         found["reasons"].append(f"fits: {m.channels} channels; gonio fit does these, one by one")
         return found

@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays.kinds import with_channels
 from ...base.angles import direction
 from ...base.reflectance import Reflectance
+from ...base.sides import hemispheres
 from ...figures._slices import bounded, lit_range, one_number, plane
 
 INCIDENCES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
@@ -24,6 +25,9 @@ NARROW = 0.03
 
 DECADES = 4.0
 """Powers of ten that the logarithmic radius shows."""
+
+NAMED = (("codes", "peak"), ("through", "peak_through"))
+"""What the table of each side is called, and its largest value."""
 
 LARGEST = (1 << 16) - 1
 """The largest code; 0 means that there are no data."""
@@ -80,30 +84,27 @@ def values(m: Reflectance, theta_i: float, through: bool = False) -> np.ndarray:
 def lobes(m: Reflectance) -> dict[str, Any]:
     """The lobes of a material for the page: codes of log10 f, from `low` to `high`, as base64 of 16-bit numbers."""
     thetas = incidences(m)
-    both = m.sides != "front"
-    tables = {theta: (values(m, theta), values(m, theta, True) if both else None) for theta in thetas}
-    known = np.concatenate([t[np.isfinite(t) & (t > 0.0)] for pair in tables.values() for t in pair if t is not None])
+    sides = hemispheres(m)
+    tables = {theta: [values(m, theta, z < 0.0) for z in sides] for theta in thetas}
+    known = np.concatenate([t[np.isfinite(t) & (t > 0.0)] for of_sides in tables.values() for t in of_sides])
     high = math.log10(known.max()) if known.size else 0.0
     low = min(max(math.log10(known.min()), high - DECADES), high - 0.5) if known.size else high - 1.0
     floor = high - 8.0  # codes reach further down than the radius: the linear one needs no more
     number, unit = one_number(m)
     found = []
-    for theta, (table, across) in tables.items():
+    for theta, of_sides in tables.items():
         polar, around = grid(theta)
         lobe: dict[str, Any] = {
             "theta_i": theta,
             "polar": polar.round(4).tolist(),
             "around": around.round(4).tolist(),
-            "codes": _codes(table, floor, high),
-            "peak": _largest(table),
         }
-        if across is not None:
-            lobe |= {"through": _codes(across, floor, high), "peak_through": _largest(across)}
+        for (codes, peak), table in zip(NAMED, of_sides, strict=False):
+            lobe |= {codes: _codes(table, floor, high), peak: _largest(table)}
         if m.has_delta:
             wo = direction(math.radians(theta), plane(m))
-            share = number(with_channels(m.delta_reflectance(wo), 0))
-            passed = number(with_channels(m.delta_reflectance(wo, across=True), 0)) if both else 0.0
-            lobe["delta"] = [float(share), float(passed)]
+            shares = [number(with_channels(m.delta_reflectance(wo, across=z < 0.0), 0)) for z in sides]
+            lobe["delta"] = [*map(float, shares), 0.0][:2]
         found.append(lobe)
     return {"low": low, "high": high, "floor": floor, "unit": unit, "lobes": found}
 

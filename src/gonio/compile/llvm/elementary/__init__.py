@@ -12,10 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ....arrays.ops import ELEMENTARY
 from ..lanes import IRValue
 from . import angles, error_function, exponential
 
 FUNCTIONS: dict[str, Callable[..., IRValue]] = {
-    function.__name__: function for family in (exponential, angles, error_function) for function in family.FUNCTIONS
+    name: function
+    for family in (exponential, angles, error_function)
+    for name, function in vars(family).items()
+    if name in ELEMENTARY
 }
-"""The operations of a graph that are computed so, by their names."""
+"""The operations of a graph that are computed so, by their names: those of `ops` that these files have."""

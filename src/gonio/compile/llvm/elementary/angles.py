@@ -211,6 +211,3 @@ def arctan2(v: Lanes, y: IRValue, x: IRValue) -> IRValue:
     r = v.select(flip, v.neg(r), r)
     r = v.fma(k, v.real(quarter_pi_low), r)
     return v.copysign(v.fma(k, v.real(quarter_pi), r), y)
-
-
-FUNCTIONS = (sin, cos, tan, sin_turn, cos_turn, arccos, arctan2)

@@ -127,6 +127,3 @@ def ierfc(v: Lanes, x: IRValue) -> IRValue:
     root = polynomial(v, x, IERFC[v.dtype])
     square = v.mul(root, root)
     return v.select(v.compare("ge", x, v.real(IERFC_END[v.dtype])), v.real(0), v.mul(square, square))
-
-
-FUNCTIONS = (erf, erfinv, ierfc)

@@ -176,6 +176,3 @@ def power(v: Lanes, x: IRValue, y: IRValue) -> IRValue:
     result = v.from_bits(v.integer("xor", v.bits(result), sign))
     one = v.integer("or", v.compare("eq", y, v.real(0)), v.compare("eq", x, v.real(1)))
     return v.select(one, v.real(1), result)
-
-
-FUNCTIONS = (exp, log, power)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from ..language import Shading
+from ..language import Language
 
 WIDTH = 2048
 """Texels in a row of a table's texture."""
 
 
-class Glsl(Shading):
+class Glsl(Language):
     name, title, suffix = "glsl", "GLSL (ES 3.00, 3.30 and later)", ".glsl"
     preamble = ("#ifdef GL_ES", "precision highp float;", "precision highp int;", "#endif")
     missing = "uintBitsToFloat(0x7fc00000u)"
@@ -28,33 +26,19 @@ class Glsl(Shading):
     def different(self, a: str, b: str) -> str:
         return f"({a} ^^ {b})"
 
-    def to_index(self, x: str) -> str:
-        return f"int({x})"
-
-    def to_real(self, x: str) -> str:
-        return f"float({x})"
-
-    def shifted(self, operation: str, a: str, b: str) -> str:
-        return f"int(uint({a}) {'<<' if operation == 'shl' else '>>'} {b})"
-
-    def small_table(self, name: str, values: np.ndarray) -> list[str]:
-        numbers = [self.number(x) for x in values]
-        return [f"const float {name}[{len(values)}] = {self.array(numbers)};", *self.reader(name, len(values))]
+    def array(self, numbers: Sequence[str]) -> str:
+        return f"float[{len(numbers)}]({', '.join(numbers)})"
 
     def large_table(self, name: str, count: int, number: int) -> list[str]:
         rows = -(-count // WIDTH)
-        inside = f"clamp(i, 0, {count - 1})"
         return [
             f"uniform highp sampler2D {name}; // R32F, nearest, {WIDTH} x {rows} texels, {count} numbers row by row",
             f"float {name}_at(int i)",
             "{",
-            f"    i = {inside};",
+            f"    i = {self.clamped(count)};",
             f"    return texelFetch({name}, ivec2(i % {WIDTH}, i / {WIDTH}), 0).r;",
             "}",
         ]
-
-    def reader(self, name: str, count: int) -> list[str]:
-        return [f"float {name}_at(int i) {{ return {name}[clamp(i, 0, {count - 1})]; }}"]
 
 
 LANGUAGE = Glsl()

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ....trace.graph import INDEX, MASK, REAL
-from ..language import NamedVector, Shading
+from ..language import Language, NamedVector
 
 WIDTH = 2048
 """Texels in a row of a table's picture."""
 
 
-class Osl(Shading):
+class Osl(Language):
     name, title, suffix = "osl", "OSL", ".osl"
     words: Mapping[str, str] = {REAL: "float", INDEX: "int", MASK: "int"}
     truth = ("1", "0")
@@ -34,23 +34,16 @@ class Osl(Shading):
         # outside functions a text has no constants but those of the preprocessor
         return "\n".join(f"#define {self.constant_component(v, i)} ({self.number(x)})" for i, x in enumerate(values))
 
-    def to_index(self, x: str) -> str:
-        return f"int({x})"
-
-    def to_real(self, x: str) -> str:
-        return f"float({x})"
-
     def shifted(self, operation: str, a: str, b: str) -> str:
         return f"(({a}) {'<<' if operation == 'shl' else '>>'} ({b}))"
 
     def small_table(self, name: str, values: np.ndarray) -> list[str]:
         numbers = ", ".join(self.number(x) for x in values)
-        inside = f"clamp(i, 0, {len(values) - 1})"
         return [
             f"float {name}_at(int i)",
             "{",
             f"    float {name}[{len(values)}] = {{{numbers}}};",
-            f"    return {name}[{inside}];",
+            f"    return {name}[{self.clamped(len(values))}];",
             "}",
         ]
 
@@ -59,7 +52,7 @@ class Osl(Shading):
         return [
             f"float {name}_at(int i) // a picture of {WIDTH} x {rows} texels, {count} numbers row by row",
             "{",
-            f"    int k = clamp(i, 0, {count - 1});",
+            f"    int k = {self.clamped(count)};",
             f'    return texture("{name}.exr", (k % {WIDTH} + 0.5) / {WIDTH}.0, (k / {WIDTH} + 0.5) / {rows}.0,',
             '        "interp", "closest", "width", 0.0);',
             "}",

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ....trace.graph import INDEX, MASK, REAL
-from ..language import NamedVector, Shading, Signature, bare
+from ..language import Language, NamedVector, Signature, bare
 
 
-class Wgsl(Shading):
+class Wgsl(Language):
     name, title, suffix = "wgsl", "WGSL", ".wgsl"
     words: Mapping[str, str] = {REAL: "f32", INDEX: "i32", MASK: "bool"}
     vectors: Mapping[int, str] = {2: "vec2f", 3: "vec3f", 4: "vec4f"}
@@ -41,19 +41,8 @@ class Wgsl(Shading):
     def select(self, condition: str, a: str, b: str) -> str:
         return f"select({b}, {a}, {bare(condition)})"
 
-    def to_index(self, x: str) -> str:
-        return f"i32({x})"
-
-    def to_real(self, x: str) -> str:
-        return f"f32({x})"
-
     def shifted(self, operation: str, a: str, b: str) -> str:
         return f"i32(u32({a}) {'<<' if operation == 'shl' else '>>'} u32({b}))"
-
-    def built(self, v: NamedVector, values: Sequence[str]) -> str:
-        if v.width == 1:
-            return values[0]
-        return f"{self.type(v.width)}({', '.join(values)})" if v.width in self.vectors else self.array(values)
 
     def structure(self, signature: Signature) -> str:
         """The name of the structure of several results."""
@@ -85,7 +74,7 @@ class Wgsl(Shading):
         return [declared, *self.reader(name, count)]
 
     def reader(self, name: str, count: int) -> list[str]:
-        return [f"fn {name}_at(i: i32) -> f32 {{ return {name}[clamp(i, 0, {count - 1})]; }}"]
+        return [f"fn {name}_at(i: i32) -> f32 {{ return {name}[{self.clamped(count)}]; }}"]
 
 
 LANGUAGE = Wgsl()
