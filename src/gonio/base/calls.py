@@ -1,4 +1,5 @@
-"""What everyone calls of a reflectance: arrays in, arrays out, computed by the kernels from what the model writes."""
+"""What everyone calls of a reflectance: arrays in, arrays out, computed by the kernels from what the model writes; and
+what follows from its lobes and parts."""
 
 from __future__ import annotations
 
@@ -203,18 +204,6 @@ def _said(across: Any) -> bool:
     if not isinstance(across, (bool, np.bool_)):
         raise ParameterError(f"across={shown(across)}: expected True, for light from the other side, or False")
     return bool(across)
-
-
-def polarizes(m: Any) -> bool:
-    """Whether more than the first element of `mueller` can differ from 0.
-
-    Example
-    >>> print(gn.Lambertian(0.5).polarizes, gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5)).polarizes)
-    False True
-    """
-    if m.sides == "both":
-        return any(lobe.polarizes for back in (False, True) for _, lobe in m.turned(back).lobes())
-    return type(m).polarized is not CLASSES["Reflectance"].polarized
 
 
 def is_isotropic(m: Any) -> bool:

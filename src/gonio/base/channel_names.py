@@ -197,7 +197,7 @@ def differ(value: Any) -> bool:
     return not isinstance(value, np.ndarray) or bool((value != value[..., :1]).any())
 
 
-def known_to_formula(m: Any) -> tuple[float, ...] | None:
+def known_to_formula(m: Any) -> tuple[Any, ...] | None:
     """The wavelengths of channels that formulas of a material know, by a field `wavelength = wavelengths()`."""
     found = [x for _, field, x, _ in tree.walk(m) if isinstance(field, Wavelengths) and np.ndim(x)]
     return tuple(map(float, found[0])) if found else None

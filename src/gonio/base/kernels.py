@@ -39,8 +39,8 @@ def with_holes(value: Any, m: Any) -> Any:
 
 
 def from_viewer(wo: Direction, *materials: Any) -> tuple[Any, ...]:
-    """Where the viewer is behind the surface, and where hidden, at the horizon; wo as `turned_over` brings it above, or
-    the normal; the materials as seen from there. What is black behind needs no turn: a viewer there is hidden too."""
+    """Where the viewer is behind the surface, and where hidden, at the horizon; wo as `turned_over` brings it above;
+    the materials as seen from there. What is black behind needs no turn: a viewer there is hidden too."""
     if materials[0].sides == "front":
         hidden = wo.z <= HORIZON
         return False, hidden, wo, *materials

@@ -19,7 +19,7 @@ from ..formula.direction import Direction, mirror
 from ..formula.fields import CLASSES
 from ..formula.mueller import Mueller
 from ..formula.parametrised import Parametrised
-from ..formula.state import inferred, known, note
+from ..formula.state import attribute, inferred, known, note
 from . import calls, reradiation
 from . import channel_names as names
 from .advice import instead
@@ -76,18 +76,12 @@ class Reflectance(Parametrised):
 
     @property
     def is_delta(self) -> bool:
-        """Whether this is a delta lobe, a perfect mirror; a model that is one says `is_delta = True`.
-
-        Example
-        >>> print(gn.IdealSpecular(0.04).is_delta, gn.Lambertian(0.3).is_delta)
-        True False
-        """
+        """Whether this is a delta lobe, a perfect mirror; a model that is one says `is_delta = True`."""
         return False
 
     def mirror(self, wo: Direction) -> Any:
         """Reflectance of a delta lobe at the mirror direction. A model that becomes a mirror as its widths (parameters
-        whose `sampled` is "max" or "min") go to their narrow bounds may write it too: `gonio.check` tests this limit.
-        """
+        whose `sampled` is "max" or "min") go to their narrow bounds may write it: `gonio.check` tests this limit."""
         raise self._lacks("mirror")
 
     def mirrored(self, wo: Direction) -> Direction:
@@ -116,19 +110,13 @@ class Reflectance(Parametrised):
 
     @property
     def index(self) -> Any:
-        """Refractive index behind the surface over that in front: 1 where both sides are of one medium.
-
-        Example
-        >>> print(gn.RoughDielectric(gn.GGX(0.2), 1.5).index, gn.ThinDielectric(1.5).index)
-        1.5 1.0
-        """
+        """Refractive index behind the surface over that in front: 1 where both sides are of one medium."""
         return 1.0
 
     def turned(self, back: Any) -> Reflectance:
         """This as seen from behind where `back` is 1, not 0 (or True or False), with both directions turned half a turn
         about the y axis: wo is then above the surface again. Whatever is lit and seen in front only gives 0 there; a
-        lobe across the surface is its own reverse, unless it says otherwise (an index becomes its inverse).
-        """
+        lobe across the surface is its own reverse, unless it says otherwise (an index becomes its inverse)."""
         if self.sides != "front":
             return self
         front: Reflectance = tree.unchecked(CLASSES["Scaled"], weight=choose(back, 0.0, 1.0), of=self)
@@ -144,10 +132,26 @@ class Reflectance(Parametrised):
         """The Mueller matrix of a delta lobe at the mirror direction; without it what is mirrored is unpolarized."""
         return Mueller.depolarizer(self.mirror(wo))
 
+    @property
+    def polarizes(self) -> bool:
+        """Whether more than the first element of `mueller` can differ from 0."""
+        if self.sides == "both":
+            return any(lobe.polarizes for back in (False, True) for _, lobe in self.turned(back).lobes())
+        return type(self).polarized is not Reflectance.polarized
+
+    @property
+    def fluoresces(self) -> bool:
+        """Whether light may leave at another wavelength than it arrived at; a model that does this says `True`.
+
+        Example
+        >>> print(gn.Lambertian(0.5).fluoresces, gn.Donaldson([[0.2, 0.0], [0.3, 0.6]]).fluoresces)
+        False True
+        """
+        return any(part.fluoresces for part in calls.reflectances(self).values())
+
     def reradiated(self, light: Self, wi: Direction, wo: Direction) -> Any:
         """Fluorescence: the light of one wavelength that leaves as light of another, [1/sr] per band. `self` has the
-        numbers of the wavelength that leaves, `light` is the same material with those of the one that arrives. A model
-        that writes it says `fluoresces = True`."""
+        numbers of the wavelength that leaves, `light` is the same material with those of the one that arrives."""
         return 0.0
 
     # What few models write, for the one room that asks.
@@ -187,20 +191,18 @@ class Reflectance(Parametrised):
     pdf = calls.pdf  # (wi, wo): the density [1/sr] with which `sample` draws wi
     sample = calls.sample  # (wo, u): directions wi drawn by numbers u, with weights f |cos(theta_i)| / pdf
     jacobian = calls.jacobian  # (wi, wo, by=None): f, and its exact derivatives by parameters and directions
-    polarizes = property(calls.polarizes)  # whether more than the first element of `mueller` can differ from 0
     mueller = calls.mueller  # (wi, wo): the Mueller matrix of the BRDF [1/sr]
     delta_reflectance = calls.delta_reflectance  # (wo, across=False): of all delta lobes at the mirror direction
     delta_mueller = calls.delta_mueller  # (wo, across=False): their Mueller matrix
-    has_delta = property(calls.has_delta)  # whether any lobe is a delta lobe
+    has_delta = attribute(calls.has_delta)  # whether any lobe is a delta lobe
     is_isotropic = calls.is_isotropic  # (): whether turning both directions about the normal changes nothing
 
-    fluoresces = property(reradiation.fluoresces)  # whether light may leave at another wavelength; a model says True
     under = reradiation.under  # (light, seen=None): the material that looks the same under light of a spectrum
     reradiation = reradiation.reradiation  # (wi, wo): the matrix of light that leaves at one and arrived at another
 
     # Its channels: `channel_names.py`.
 
-    channels = property(names.channels)  # how many there are; None where f has no channel axis
+    channels = attribute(names.channels)  # how many there are; None where f has no channel axis
     channel_names = inferred(names.known_to_formula)  # names, or wavelengths [nm]; None: as the parameters imply
     wavelengths = known(names.wavelengths)  # [nm], (C,); None where channels have names in words, or none
     with_channels = names.with_channels  # (names): a copy whose channels have these names, or wavelengths
@@ -235,8 +237,6 @@ class Reflectance(Parametrised):
 
     __array_ufunc__ = None  # np.float64(0.4) * m is ours to compute
     __pandas_priority__ = 5000  # and so is Series * m, whose own is 3000
-
-    # What is shown and said.
 
     _repr_html_, _repr_png_ = repr_html, repr_png
     _numbers_from: str = note("")  # the source of the numbers of a built-in material

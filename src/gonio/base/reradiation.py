@@ -83,16 +83,6 @@ def _flat(between: Any) -> Any:
     return between if np.ndim(between) == 0 else between.reshape(*between.shape[:-2], -1)
 
 
-def fluoresces(m: Any) -> bool:
-    """Whether light may leave at another wavelength than it arrived at; a model that does this says `True`.
-
-    Example
-    >>> print(gn.Lambertian(0.5).fluoresces, gn.Donaldson([[0.2, 0.0], [0.3, 0.6]]).fluoresces)
-    False True
-    """
-    return any(part.fluoresces for part in reflectances(m).values())
-
-
 def reradiation(m: Any, wi: Any, wo: Any) -> Any:
     """The bispectral matrix F of light that leaves at wavelength o and arrived at i: L_o = sum_i F[o, i] E_i.
 

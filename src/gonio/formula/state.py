@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import is_dataclass
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ..arrays import frozen
 
@@ -45,16 +45,18 @@ class Note(Beside):
         return self.default
 
 
-class inferred(Note):
+class inferred(Note, Generic[T]):
     """Decorates a method: a note that follows from the value, until it is given."""
 
-    def __init__(self, function: Callable[[Any], Any]):
+    def __init__(self, function: Callable[[Any], T]):
         super().__init__(None)
         self.function, self.__doc__ = function, function.__doc__
 
-    def __get__(self, owner: Any, kind: type) -> Any:
+    def __get__(self, owner: Any, kind: type) -> T:
         super().__get__(owner, kind)
-        return self if owner is None else self.function(owner)
+        if owner is None:
+            return self  # type: ignore[return-value]  # asked of the class
+        return self.function(owner)
 
 
 class known(Beside):
@@ -87,6 +89,19 @@ class derived(Generic[T]):
         if self.function not in results:
             results[self.function] = self.function(owner)
         return results[self.function]
+
+
+if TYPE_CHECKING:
+
+    class attribute(Generic[T]):
+        """`property` of a function that is defined elsewhere: of that one type checkers would not know the type."""
+
+        def __init__(self, function: Callable[[Any], T]) -> None: ...
+
+        def __get__(self, owner: Any, kind: type) -> T: ...
+
+else:
+    attribute = property
 
 
 def state(default: Any = None) -> Any:
