@@ -181,13 +181,13 @@ class Library:
     op_blocked = op_nearest
 
     def op_loop(self, step: Callable[..., Any], *states: Array) -> Sequence[Array]:
-        going, *found = step(*states)
-        found = self._states(states, found)
+        going, *values = step(*states)
+        values = self._states(states, values)
         while going if isinstance(going, bool) else bool(going.any()):
-            go_on, *new = step(*found)
-            found = [self._taken(going, b, a) for a, b in zip(found, new, strict=True)]
+            go_on, *new = step(*values)
+            values = [self._taken(going, b, a) for a, b in zip(values, new, strict=True)]
             going = going & go_on
-        return found
+        return values
 
     def _states(self, before: Sequence[Array], after: Sequence[Array]) -> list[Array]:
         """States after a first step, plain numbers among them with the dtype of the others."""

@@ -160,26 +160,26 @@ def checked(names: Any, m: Any, call: str = "") -> tuple[str | float, ...]:
         rule = "expected a list, of a name or a wavelength [nm] for each channel"
         raise ParameterError(f"with_channels({shown(names)}): {rule}")
     lib = ops.library_of_type(type(names))
-    given = list(names) if lib is None else (np.asarray(names) if lib is NAMED else lib.to_numpy(names)).tolist()
-    given = [x.item() if isinstance(x, np.generic) else x for x in given]
-    call = call or f"with_channels({shown(given)})"
+    kept = list(names) if lib is None else (np.asarray(names) if lib is NAMED else lib.to_numpy(names)).tolist()
+    kept = [x.item() if isinstance(x, np.generic) else x for x in kept]
+    call = call or f"with_channels({shown(kept)})"
     if m.channels is None:
         rule = "it has no channel axis: f is one number; give a parameter as a list, of a number for each channel"
         raise ParameterError(f"{call}: {m!r:.60}: {rule}")
-    if len(given) != m.channels:
-        raise ParameterError(f"{call}: got {len(given)}, expected {m.channels}, one for each channel")
-    if all(isinstance(x, (int, float)) and not isinstance(x, bool) for x in given):
-        wavelengths = tuple(map(float, given))
+    if len(kept) != m.channels:
+        raise ParameterError(f"{call}: got {len(kept)}, expected {m.channels}, one for each channel")
+    if all(isinstance(x, (int, float)) and not isinstance(x, bool) for x in kept):
+        wavelengths = tuple(map(float, kept))
         if not all(math.isfinite(x) and x > 0.0 for x in wavelengths):
             raise ParameterError(f"{call}: expected wavelengths above 0 [nm], or names")
         if max(wavelengths) < NANOMETRES:
             warn(f"{call}: in micrometres? wavelengths are in nanometres: multiply by 1000", MeaningWarning)
-        given = list(wavelengths)
-    elif not all(isinstance(x, str) and x.isprintable() and x.strip() for x in given):
+        kept = list(wavelengths)
+    elif not all(isinstance(x, str) and x.isprintable() and x.strip() for x in kept):
         raise ParameterError(f"{call}: expected names alone (words), or wavelengths alone (numbers) [nm]")
-    if len(set(given)) < len(given):
+    if len(set(kept)) < len(kept):
         raise ParameterError(f"{call}: expected different names")
-    return tuple(given)
+    return tuple(kept)
 
 
 def in_nanometres(names: tuple[Any, ...] | None) -> np.ndarray | None:
@@ -199,8 +199,8 @@ def differ(value: Any) -> bool:
 
 def known_to_formula(m: Any) -> tuple[Any, ...] | None:
     """The wavelengths of channels that formulas of a material know, by a field `wavelength = wavelengths()`."""
-    found = [x for _, field, x, _ in tree.walk(m) if isinstance(field, Wavelengths) and np.ndim(x)]
-    return tuple(map(float, found[0])) if found else None
+    asked_for = [x for _, field, x, _ in tree.walk(m) if isinstance(field, Wavelengths) and np.ndim(x)]
+    return tuple(map(float, asked_for[0])) if asked_for else None
 
 
 def _told(m: Any, wavelengths: Any, which: Callable[[Wavelengths], bool] = lambda field: True) -> Any:
@@ -213,15 +213,15 @@ def named(m: Any, names: Any) -> Any:
     """The material with these names of channels, or wavelengths; without any for None."""
     if names is None:
         return tree.with_notes(m, channel_names=None)
-    found = checked(names, m)
+    renamed = checked(names, m)
     asking = [field for _, field, _, _ in tree.walk(m) if isinstance(field, Wavelengths)]
-    if isinstance(found[0], str) or not asking:
-        return tree.with_notes(m, channel_names=found)
-    wavelengths = as_wavelengths(f"with_channels({shown(names)})", found)
+    if isinstance(renamed[0], str) or not asking:
+        return tree.with_notes(m, channel_names=renamed)
+    wavelengths = as_wavelengths(f"with_channels({shown(names)})", renamed)
     if known_to_formula(m) is not None:
         return _told(m, wavelengths)
     # Formulas whose f does without the wavelength have a default, which is that of no channel.
-    return tree.with_notes(_told(m, wavelengths, lambda field: field.default is not None), channel_names=found)
+    return tree.with_notes(_told(m, wavelengths, lambda field: field.default is not None), channel_names=renamed)
 
 
 def with_wavelengths(m: Any, value: Any) -> Any:
@@ -235,8 +235,8 @@ def with_wavelengths(m: Any, value: Any) -> Any:
         if new.channels is not None:
             raise ParameterError(f"{call}: expected {new.channels} wavelengths, one for each channel")
         return new
-    found = checked(wavelengths, new, call)
-    return new if known_to_formula(new) else declared(new, np.array(found))
+    nm = checked(wavelengths, new, call)
+    return new if known_to_formula(new) else declared(new, np.array(nm))
 
 
 def declared(m: Any, wavelengths: Any) -> Any:

@@ -225,20 +225,20 @@ def of_bands(name: str, value: Any, m: Any) -> np.ndarray:
             raise ParameterError(f"{name}: a spectrum, and a material without wavelengths; {rule}")
         try:
             widths = np.diff(bands.edges(nm), axis=-1)[:, 0]
-            found = value.bands(nm) * widths
+            irradiance = value.bands(nm) * widths
         except ParameterError as error:
             raise ParameterError(f"under: {name}: {error}") from None
     else:
         try:
-            found = np.array(ops.numbers(value), dtype=float)
+            irradiance = np.array(ops.numbers(value), dtype=float)
         except (TypeError, ValueError, OverflowError):
             hint = f", such as gn.spectra.illuminant({value!r})" if isinstance(value, str) else ""
             raise ParameterError(f"under({name}={shown(value)}): {rule}{hint}") from None
-    if found.shape != (m.channels,):
-        raise ParameterError(f"under({name}): got shape {found.shape}; {rule}")
-    if not np.isfinite(found).all() or found.min() < 0.0:
+    if irradiance.shape != (m.channels,):
+        raise ParameterError(f"under({name}): got shape {irradiance.shape}; {rule}")
+    if not np.isfinite(irradiance).all() or irradiance.min() < 0.0:
         raise ParameterError(f"under({name}={shown(value)}): negative, infinite or NaN; expected irradiances")
-    return found
+    return irradiance
 
 
 def _where(m: Any, mask: np.ndarray) -> str:

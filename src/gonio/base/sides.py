@@ -87,8 +87,8 @@ def refuse_two_indices(m: Any) -> None:
     if m.sides == "front":
         return
     indices = [term.index for term in m.terms if term.sides != "front"]
-    known = [x for x in map(_numbers, indices) if x is not None]
-    if any(x.shape != known[0].shape or not np.allclose(x, known[0], rtol=1e-12) for x in known[1:]):
+    comparable = [x for x in map(_numbers, indices) if x is not None]
+    if any(x.shape != comparable[0].shape or not np.allclose(x, comparable[0], rtol=1e-12) for x in comparable[1:]):
         several = " and ".join(shown(x) for x in indices)
         raise ParameterError(
             f"Sum: terms have the refractive indices {several} behind over in front; expected one: both sides of a "

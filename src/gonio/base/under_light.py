@@ -75,9 +75,9 @@ class _OverBands(Reflectance):
         rows += [values[path][1] for path in self.varying]
         for path in self.matrices:
             rows += list(self._summed_first(Exchange.between(values[path][0])))
-        found: dict[str, Any] = {}
-        self.of._with_rounds(lambda path, coat: found.setdefault(path, coat.to_and_fro(self.bands)))
-        rows += [row for path in self.coats for row in self._summed_first(found[path])]
+        rounds: dict[str, Any] = {}
+        self.of._with_rounds(lambda path, coat: rounds.setdefault(path, coat.to_and_fro(self.bands)))
+        rows += [row for path in self.coats for row in self._summed_first(rounds[path])]
         return np.concatenate(rows)
 
     @abstractmethod

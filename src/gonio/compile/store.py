@@ -30,8 +30,8 @@ Function = Callable[..., None]
 
 def size(compiled: Any) -> int:
     """Bytes of memory of a kernel, about."""
-    found: int = compiled.size
-    return found
+    in_bytes: int = compiled.size
+    return in_bytes
 
 
 _KNOWN: Cache[str, Any] = Cache(size)

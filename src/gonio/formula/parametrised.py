@@ -86,10 +86,10 @@ class Parametrised(Value):
             if value is not None:
                 setattr(cls, name, value)
         bases = [base for base in cls.__bases__ if issubclass(base, Parametrised)]
-        own = vars(cls)
+        written_here = vars(cls)
         # A field written again keeps its place; one that stands for another attribute of a base has its own.
-        kept = [name for base in bases for name in (*base.fields, *(n for n in base._beside if n not in own))]
-        declared = {name: _declared(cls, name) for name in kept} | own
+        kept = [name for base in bases for name in (*base.fields, *(n for n in base._beside if n not in written_here))]
+        declared = {name: _declared(cls, name) for name in kept} | written_here
         cls.fields = {name: x for name, x in declared.items() if isinstance(x, Field)}
         cls._beside = {name: x for name, x in declared.items() if isinstance(x, Beside)}
         cls.__doc__ = Docstring(vars(cls).get("__doc__"))  # type: ignore[assignment]  # composed when it is read

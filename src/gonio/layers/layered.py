@@ -100,11 +100,11 @@ class _Layered(Reflectance, costs=20):
 
     def _indices(self) -> list[Any]:
         """The index of each medium, from that in front on, over that in front."""
-        found: list[Any] = [1.0]
+        indices: list[Any] = [1.0]
         for layer in self.layers:
             if not isinstance(layer, Medium):
-                found.append(found[-1] * layer.eta)
-        return found
+                indices.append(indices[-1] * layer.eta)
+        return indices
 
     def _seen(self) -> tuple[AnyLayer, ...]:
         """The layers, from the side of the viewer on."""
@@ -169,10 +169,10 @@ class _Layered(Reflectance, costs=20):
 
     def _response(self, channel: int, path: str | None = None) -> Response:
         """The response in a channel; complex, with a step of a parameter."""
-        known: dict[Any, Response] = self._derived.setdefault(_Layered._response, {})
-        if (channel, path) not in known:
-            known[channel, path] = self._computed(channel, path)
-        return known[channel, path]
+        responses: dict[Any, Response] = self._derived.setdefault(_Layered._response, {})
+        if (channel, path) not in responses:
+            responses[channel, path] = self._computed(channel, path)
+        return responses[channel, path]
 
     def _computed(self, channel: int, path: str | None) -> Response:
 
@@ -197,8 +197,8 @@ class _Layered(Reflectance, costs=20):
             matrices, mirror = reflected(m, grid, n, by)
 
             def of_channel(orders: range) -> np.ndarray:
-                found = matrices(orders)
-                of: np.ndarray = found[channel % len(found)]
+                stacked = matrices(orders)
+                of: np.ndarray = stacked[channel % len(stacked)]
                 return of
 
             return of_channel, mirror[channel % len(mirror)]
@@ -218,11 +218,11 @@ class _Lobe(_Layered):
 
     def _collected(self, w: np.ndarray, incident: bool, goal: float, each: Each) -> Integrals | None:
         """Those between few, kept for goals of about this size."""
-        known, goal = self._derived.setdefault(_Lobe._collected, {}), 4.0 ** math.floor(math.log(goal, 4.0))
-        if (incident, goal) not in known:
-            known[incident, goal] = shared(self._kinks(self._fixed_behind(incident)), goal, each)
-        found: Shared | None = known[incident, goal]
-        return None if found is None else found.at(w)
+        pieces, goal = self._derived.setdefault(_Lobe._collected, {}), 4.0 ** math.floor(math.log(goal, 4.0))
+        if (incident, goal) not in pieces:
+            pieces[incident, goal] = shared(self._kinks(self._fixed_behind(incident)), goal, each)
+        between: Shared | None = pieces[incident, goal]
+        return None if between is None else between.at(w)
 
     def _fixed_behind(self, incident: bool) -> bool:
         """Whether a fixed direction, of the light or of the viewer, is behind."""
@@ -232,7 +232,7 @@ class _Lobe(_Layered):
         """For each layer that light along w gets straight to, and for the base if it does: the share that gets there,
         the direction, and the index."""
         passed, n, to, s2 = 1.0, 1.0, w, w.x * w.x + w.y * w.y
-        found = [(passed, to, n)]
+        reached = [(passed, to, n)]
         for layer in self._seen():
             if isinstance(layer, RoughInterface):
                 break
@@ -245,8 +245,8 @@ class _Lobe(_Layered):
                 inside = z2 > 1e-12
                 to = Direction(w.x / n, w.y / n, ops.sqrt(ops.where(inside, z2, 1.0)))
                 passed = ops.where(inside, passed * (1.0 - reflectance), 0.0)
-            found.append((passed, to, n))
-        return found
+            reached.append((passed, to, n))
+        return reached
 
     def crossed(self, w: Direction) -> list[Mueller]:
         """For each place of `passage`, what the interfaces before it do to s and p, over the share that passes."""

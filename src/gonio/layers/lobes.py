@@ -40,22 +40,22 @@ class _Passing(_Lobe):
     def mirrored_and_passed(self, wo: Direction) -> tuple[Any, Any]:
         """What delta lobes reflect of light along wo, and what they let through, of all layers."""
         *above, (_, below, _) = self.passage(wo)
-        found: Any = 0.0 * wo.z + 0.0 * self.channel
-        passed = found + 1.0
+        mirrored: Any = 0.0 * wo.z + 0.0 * self.channel
+        passed = mirrored + 1.0
         if self.base is not None and len(above) == len(self.layers):
             for weight, lobe in self.base.lobes():
                 if lobe.is_delta:
-                    found = found + weight * lobe.mirror(below)
+                    mirrored = mirrored + weight * lobe.mirror(below)
         for layer, (_, w, _) in reversed(list(zip(self._seen(), above, strict=False))):
             if isinstance(layer, Medium):
-                found = found * ops.exp(-2.0 * layer.depth / w.z)
+                mirrored = mirrored * ops.exp(-2.0 * layer.depth / w.z)
                 passed = passed * ops.exp(-layer.depth / w.z)
             else:
                 once = fresnel_dielectric(w.z, layer.eta)
-                again = 1.0 - once * found
+                again = 1.0 - once * mirrored
                 passed = (1.0 - once) * passed / again
-                found = once + (1.0 - once) * (1.0 - once) * found / again
-        return found, passed
+                mirrored = once + (1.0 - once) * (1.0 - once) * mirrored / again
+        return mirrored, passed
 
     def polarized_mirrored_and_passed(self, wo: Direction) -> tuple[Mueller, Mueller]:
         """The same for polarized light, in matrices whose first elements differ: bounces are of s and of p apart."""
@@ -161,13 +161,13 @@ class _ScatteredOnce(_Passing):
 
     def scattered(self, wi: Direction, wo: Direction) -> dict[int, Any]:
         """f of each medium, by the number of the layer from the viewer on."""
-        found = {}
+        f_of_layer = {}
         ways = zip(self._seen(), self.to_light(wi), self.passage(wo), strict=False)
         for number, (layer, (lit, ti, _), (seen, to, n)) in enumerate(ways):
             if isinstance(layer, Medium):
                 once = self.once(layer, ti, to)
-                found[number] = lit * seen / (n * n) * once
-        return found
+                f_of_layer[number] = lit * seen / (n * n) * once
+        return f_of_layer
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         total: Any = 0.0

@@ -66,8 +66,8 @@ class Stack(_Layered):
     """
 
     def __init__(self, layers: Sequence[Layer], base: Reflectance | None = None, *, tolerance: float = 1e-3):
-        given: list[Any] = list(layers) if isinstance(layers, (list, tuple)) else [layers]
-        for number, layer in enumerate(given):
+        several: list[Any] = list(layers) if isinstance(layers, (list, tuple)) else [layers]
+        for number, layer in enumerate(several):
             if not isinstance(layer, AnyLayer):
                 rule = "expected layers, Interface, RoughInterface or Medium, from the top down"
                 raise ParameterError(
@@ -77,7 +77,7 @@ class Stack(_Layered):
             raise ParameterError(f"Stack(base={shown(base)}): expected a reflectance, or None for nothing")
         if not (isinstance(tolerance, (int, float)) and 1e-6 <= tolerance <= 0.1):
             raise ParameterError(f"Stack(tolerance={shown(tolerance)}): expected a number from 1e-6 to 0.1")
-        values: dict[str, Any] = {str(i): layer for i, layer in enumerate(given)}
+        values: dict[str, Any] = {str(i): layer for i, layer in enumerate(several)}
         fields = {name: part(Layer, None, f"layer {name}, from the top") for name in values}
         if base is not None:
             values["base"], fields["base"] = base, part(Reflectance, None, "what lies under the layers")
@@ -163,12 +163,12 @@ class Stack(_Layered):
         return Reflectance.jacobian(self._with_slopes(paths), wi, wo, names)
 
     def _with_slopes(self, paths: tuple[str, ...]) -> Stack:
-        known = self._derived.setdefault(Stack._with_slopes, {})
-        if paths not in known:
+        by_paths = self._derived.setdefault(Stack._with_slopes, {})
+        if paths not in by_paths:
             bare = self._as(Stack, paths=paths)
-            known[paths] = bare._as(Stack, _kept=bare._keep())
-        found: Stack = known[paths]
-        return found
+            by_paths[paths] = bare._as(Stack, _kept=bare._keep())
+        sloped: Stack = by_paths[paths]
+        return sloped
 
     def _keep(self) -> dict[str, Fixed]:
         kept = super()._keep()

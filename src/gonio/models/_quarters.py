@@ -27,12 +27,12 @@ def quarters(m: Reflectance) -> dict[str, Reflectance]:
     if lobes_on(m, "front") is m:
         return {"front": m}
     if isinstance(m, Sheet):
-        found = {name: getattr(m, name) for name in QUARTERS}
+        parts = {name: getattr(m, name) for name in QUARTERS}
     elif isinstance(m, TwoSided):
-        found = {"front": m.front, "back": m.back}
+        parts = {"front": m.front, "back": m.back}
     else:
-        found = {name: _quarter(m, behind, across) for name, behind, across in _PLACES}
-    return {name: quarter for name, quarter in found.items() if quarter is not None and not _is_black(quarter)}
+        parts = {name: _quarter(m, behind, across) for name, behind, across in _PLACES}
+    return {name: quarter for name, quarter in parts.items() if quarter is not None and not _is_black(quarter)}
 
 
 def sheet_of(parts: Mapping[str, Reflectance]) -> Any:

@@ -109,17 +109,17 @@ def ray(scene: Any, x: Any, y: Any) -> tuple[Direction, Direction]:
 
 def first(bodies: Sequence[Any], o: Direction, d: Direction) -> tuple[Hit, Any]:
     """What rays meet first of some bodies, and the number of its material."""
-    found, part = bodies[0].first(o, d)
+    nearest, part = bodies[0].first(o, d)
     for body in bodies[1:]:
         at, other = body.first(o, d)
-        nearer = at.met & (ops.where(found.met, found.distance, FAR) > at.distance)
+        nearer = at.met & (ops.where(nearest.met, nearest.distance, FAR) > at.distance)
         chosen = (
             select(nearer, a, b) if isinstance(a, Direction) else ops.where(nearer, a, b)
-            for a, b in zip(at[1:], found[1:], strict=True)
+            for a, b in zip(at[1:], nearest[1:], strict=True)
         )
-        found = Hit(found.met | at.met, *chosen)
+        nearest = Hit(nearest.met | at.met, *chosen)
         part = ops.where(nearer, other + 0.0 * d.x, part)
-    return found, part
+    return nearest, part
 
 
 class _Shown(NamedTuple):
@@ -221,8 +221,8 @@ def _constant(w: Direction) -> Direction:
 
 def _known(f: Any) -> tuple[Any, Any]:
     """f with 0 where there is none, and 1 there."""
-    known = f <= float("inf")
-    return ops.where(known, f, 0.0), ops.where(known, 0.0, 1.0)
+    finite = f <= float("inf")
+    return ops.where(finite, f, 0.0), ops.where(finite, 0.0, 1.0)
 
 
 def _spread(m: Reflectance) -> Reflectance:

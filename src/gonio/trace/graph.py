@@ -70,8 +70,8 @@ class Graph:
         return NODE * len(self)
 
     def _node(self, operation: str, arguments: tuple, kind: str) -> int:
-        turned = operation in _COMMUTE and arguments[0] > arguments[1]
-        key = (operation, kind, *(arguments[::-1] if turned else arguments))
+        swapped = operation in _COMMUTE and arguments[0] > arguments[1]
+        key = (operation, kind, *(arguments[::-1] if swapped else arguments))
         node = self._numbers.get(key)
         if node is None:
             node = self._numbers[key] = len(self.operations)
@@ -201,9 +201,9 @@ class Graph:
 
     def _simplified_condition(self, operation: str, nodes: Sequence[int]) -> int | None:
         """A condition with True or False."""
-        for known, other in (nodes, nodes[::-1]):
-            if self.kinds[known] == MASK and (value := self.value(known)) is not None:
-                return other if value == (operation == "and") else known
+        for certain, other in (nodes, nodes[::-1]):
+            if self.kinds[certain] == MASK and (value := self.value(certain)) is not None:
+                return other if value == (operation == "and") else certain
         return None
 
     def _product_of_index(self, nodes: Sequence[int]) -> int | None:
@@ -250,14 +250,14 @@ class Graph:
 
     def neighbours(self, order: Iterable[int]) -> dict[tuple[int, int], dict[int, int]]:
         """Lookups among some nodes whose places differ by constants: (table, index node) -> offset -> node."""
-        found: dict[tuple[int, int], dict[int, int]] = {}
+        lookups: dict[tuple[int, int], dict[int, int]] = {}
         for node in order:
             if self.operations[node] == "take":
                 table, index = self.arguments[node]
                 base, offset = self.split(index)
                 if base is not None:
-                    found.setdefault((table, base), {})[int(offset)] = node
-        return found
+                    lookups.setdefault((table, base), {})[int(offset)] = node
+        return lookups
 
     def inputs(self, node: int) -> Sequence[int]:
         """The nodes that a node is computed from."""
@@ -294,7 +294,7 @@ class Graph:
         for node in self.reachable(outputs):
             numbers[node] = len(numbers)
             operation, arguments = self.operations[node], self.arguments[node]
-            own = OWN.get(operation, 0)
-            arguments = (*arguments[:own], *(numbers[a] for a in arguments[own:]))
+            plain = OWN.get(operation, 0)
+            arguments = (*arguments[:plain], *(numbers[a] for a in arguments[plain:]))
             text.append(f"{operation}{arguments}{self.kinds[node]}\n")
         return hashlib.sha256("".join(text).encode()), [numbers[node] for node in outputs]

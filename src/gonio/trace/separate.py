@@ -31,24 +31,24 @@ def separated(graph: Graph, output: int, first: Collection[int], second: Collect
     for node in graph.reachable([output]):
         if node in on_first and node in on_second:
             rule = _RULES.get(graph.operations[node])
-            found = rule and rule(graph, *map(pairs, graph.inputs(node)))
-            if not found:
+            products = rule and rule(graph, *map(pairs, graph.inputs(node)))
+            if not products:
                 return None
-            sums[node] = _joined(graph, found)
+            sums[node] = _joined(graph, products)
             if len(sums[node]) > MOST:
                 return None
-    turned = _joined(graph, [(g, a) for a, g in pairs(output)])
-    return [(a, g) for g, a in turned]
+    exchanged = _joined(graph, [(g, a) for a, g in pairs(output)])
+    return [(a, g) for g, a in exchanged]
 
 
 def _dependent(graph: Graph, output: int, arrays: Collection[int]) -> set[int]:
     """The nodes that depend on any of some arrays."""
-    found: set[int] = set()
+    dependent: set[int] = set()
     for node in graph.reachable([output]):
         loaded = graph.operations[node] == "load" and graph.arguments[node][0] in arrays
-        if loaded or any(source in found for source in graph.inputs(node)):
-            found.add(node)
-    return found
+        if loaded or any(source in dependent for source in graph.inputs(node)):
+            dependent.add(node)
+    return dependent
 
 
 def _joined(graph: Graph, pairs: Iterable[Pair]) -> list[Pair]:

@@ -200,8 +200,8 @@ def _rays(way: int) -> Callable[..., Any]:
             raise TraceError(f"rays: the triangles are a {type(table).__name__}; expected a table with their handle")
         graph = table.graph
         met = graph.rays(table.number, way, [_node(graph, x, REAL) for x in (*o, *d, near, far)])
-        found = tuple(Symbol(graph, n) for n in met)
-        return found[0] if len(found) == 1 else found
+        results = tuple(Symbol(graph, n) for n in met)
+        return results[0] if len(results) == 1 else results
 
     return function
 

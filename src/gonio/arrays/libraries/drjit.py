@@ -139,9 +139,9 @@ class DrJit(Library):
 
     def of_pairs(self, values: Array | None, diagonal: Array, channels: int) -> Array:
         batch = self.shape(diagonal)[:-1]
-        own = self.split(diagonal, batch, True)
-        elements = [0.0 * own[0]] * channels**2 if values is None else list(self.split(values, batch, True))
-        elements[:: channels + 1] = [a + b for a, b in zip(elements[:: channels + 1], own, strict=True)]
+        on_diagonal = self.split(diagonal, batch, True)
+        elements = [0.0 * on_diagonal[0]] * channels**2 if values is None else list(self.split(values, batch, True))
+        elements[:: channels + 1] = [a + b for a, b in zip(elements[:: channels + 1], on_diagonal, strict=True)]
         # A tensor, whatever the directions are, as for matrices in `assemble`.
         return self._gathered(elements, self._tensor(diagonal), (*batch, channels, channels))
 
@@ -191,12 +191,12 @@ class DrJit(Library):
 
     def op_loop(self, step: Callable[..., Any], *states: Array) -> Sequence[Array]:
         dr = self.module
-        going, *found = step(*states)
-        found = self._states(states, found)
-        like = next(x for x in (*found, *states, going) if dr.is_array_v(x))
-        real = next((type(x) for x in (*found, *states) if self._is_real(x)), dr.float_array_t(like))
+        going, *after = step(*states)
+        after = self._states(states, after)
+        like = next(x for x in (*after, *states, going) if dr.is_array_v(x))
+        real = next((type(x) for x in (*after, *states) if self._is_real(x)), dr.float_array_t(like))
         kinds = {bool: dr.mask_t(like), int: dr.uint32_array_t(like), float: real}
-        arrays = [kinds[type(x)](x) if type(x) in kinds else x for x in (going, *found)]
+        arrays = [kinds[type(x)](x) if type(x) in kinds else x for x in (going, *after)]
         states = dr.while_loop(tuple(arrays), lambda going, *_: going, lambda _, *now: tuple(step(*now)))
         return [dr.detach(x) for x in states[1:]]
 

@@ -42,12 +42,12 @@ def _clustered(low: float, high: float, count: int, centres: dict[float, float])
     for centre, weight in centres.items():
         density = density + weight / (np.abs(x - centre) + NARROW) / math.log(45.0 / NARROW)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(x))])
-    found = np.interp(np.linspace(0.0, total[-1], count), total, x)
+    spaced = np.interp(np.linspace(0.0, total[-1], count), total, x)
     centre = max(centres, key=lambda c: centres[c], default=low)
-    inner = np.abs(found[1:-1] - centre).argmin() + 1
+    inner = np.abs(spaced[1:-1] - centre).argmin() + 1
     if low < centre < high:
-        found[inner] = centre
-    return found
+        spaced[inner] = centre
+    return spaced
 
 
 def _beside(centre: float) -> np.ndarray:
@@ -86,12 +86,12 @@ def lobes(m: Reflectance) -> dict[str, Any]:
     thetas = incidences(m)
     sides = hemispheres(m)
     tables = {theta: [values(m, theta, z < 0.0) for z in sides] for theta in thetas}
-    known = np.concatenate([t[np.isfinite(t) & (t > 0.0)] for of_sides in tables.values() for t in of_sides])
-    high = math.log10(known.max()) if known.size else 0.0
-    low = min(max(math.log10(known.min()), high - DECADES), high - 0.5) if known.size else high - 1.0
+    above_zero = np.concatenate([t[np.isfinite(t) & (t > 0.0)] for of_sides in tables.values() for t in of_sides])
+    high = math.log10(above_zero.max()) if above_zero.size else 0.0
+    low = min(max(math.log10(above_zero.min()), high - DECADES), high - 0.5) if above_zero.size else high - 1.0
     floor = high - 8.0  # codes reach further down than the radius: the linear one needs no more
     number, unit = one_number(m)
-    found = []
+    lobes = []
     for theta, of_sides in tables.items():
         polar, around = grid(theta)
         lobe: dict[str, Any] = {
@@ -105,8 +105,8 @@ def lobes(m: Reflectance) -> dict[str, Any]:
             wo = direction(math.radians(theta), plane(m))
             shares = [number(with_channels(m.delta_reflectance(wo, across=z < 0.0), 0)) for z in sides]
             lobe["delta"] = [*map(float, shares), 0.0][:2]
-        found.append(lobe)
-    return {"low": low, "high": high, "floor": floor, "unit": unit, "lobes": found}
+        lobes.append(lobe)
+    return {"low": low, "high": high, "floor": floor, "unit": unit, "lobes": lobes}
 
 
 def _codes(f: np.ndarray, floor: float, high: float) -> str:
@@ -117,5 +117,5 @@ def _codes(f: np.ndarray, floor: float, high: float) -> str:
 
 
 def _largest(f: np.ndarray) -> float:
-    known = f[np.isfinite(f)]
-    return float(known.max()) if known.size else float("nan")
+    finite = f[np.isfinite(f)]
+    return float(finite.max()) if finite.size else float("nan")
