@@ -161,11 +161,11 @@ def _quarters(m: Reflectance, made: Reflectance) -> dict[str, tuple[Reflectance,
 
 def _worst(errors: Sequence[ResamplingError]) -> ResamplingError:
     """The mean of the means, and the largest of the others."""
-    known = [error for error in errors if not math.isnan(error.mean)] or list(errors)
-    largest, albedo = max(known, key=lambda e: e.largest), max(known, key=lambda e: e.albedo)
+    measured = [error for error in errors if not math.isnan(error.mean)] or list(errors)
+    largest, albedo = max(measured, key=lambda e: e.largest), max(measured, key=lambda e: e.albedo)
     return ResamplingError(
-        float(np.mean([error.mean for error in known])),
-        max(error.high for error in known),
+        float(np.mean([error.mean for error in measured])),
+        max(error.high for error in measured),
         largest.largest,
         albedo.albedo,
         largest.at,

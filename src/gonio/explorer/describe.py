@@ -94,18 +94,18 @@ def _glsl(m: Reflectance) -> dict[str, Any]:
     why = ""
     for wanted in (functions, functions[:3], functions[:1]):
         try:
-            found = public("engine.shader_source")(m, "glsl", wanted, parameters="arguments")
+            source = public("engine.shader_source")(m, "glsl", wanted, parameters="arguments")
         except Error as error:
             why = why or str(error)
             continue
         arguments = [
             {"name": a.name, "path": a.path, "width": a.width, "value": np.asarray(a.value).tolist()}
-            for a in found.arguments
+            for a in source.arguments
         ]
-        tables = [{"name": t.name, "data": np.asarray(t.values, np.float32)} for t in found.tables]
-        count = found.channels or 1
+        tables = [{"name": t.name, "data": np.asarray(t.values, np.float32)} for t in source.tables]
+        count = source.channels or 1
         kind = "float" if count == 1 else f"vec{count}" if count <= 4 else f"float[{count}]"
-        glsl = {"name": found.name, "text": found.text, "functions": list(found.functions), "type": kind}
+        glsl = {"name": source.name, "text": source.text, "functions": list(source.functions), "type": kind}
         return {"glsl": {**glsl, "arguments": arguments, "tables": tables}}
     return {"glsl": None, "why": why}
 

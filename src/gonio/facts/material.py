@@ -99,8 +99,8 @@ def albedos(m: Reflectance, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray | No
 
     if not (isinstance(m, Gridded) and has_uncertainty(m)):
         return with_channels(albedo(m, wi, tolerance=1e-3), 1), None
-    found = with_uncertainty(albedo, m, wi, correlation="independent", tolerance=1e-3)
-    return with_channels(found.value, 1), with_channels(np.asarray(found.u), 1)
+    with_errors = with_uncertainty(albedo, m, wi, correlation="independent", tolerance=1e-3)
+    return with_channels(with_errors.value, 1), with_channels(np.asarray(with_errors.u), 1)
 
 
 def quoted(function: Callable[..., Any], m: Gridded, *args: Any) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -111,10 +111,10 @@ def quoted(function: Callable[..., Any], m: Gridded, *args: Any) -> tuple[np.nda
 
     u = {}
     for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
-        found = with_uncertainty(function, m, *args, correlation=how, tolerance=1e-3)
+        with_error = with_uncertainty(function, m, *args, correlation=how, tolerance=1e-3)
         if how:
-            u[how] = np.asarray(found.u_noise)
-    return np.asarray(found.value), {**u, "interpolation": np.asarray(found.u_interpolation)}
+            u[how] = np.asarray(with_error.u_noise)
+    return np.asarray(with_error.value), {**u, "interpolation": np.asarray(with_error.u_interpolation)}
 
 
 def _totals(m: Reflectance, totals: Sequence[Any]) -> dict[str, Any]:

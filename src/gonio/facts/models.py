@@ -106,12 +106,12 @@ def every_model() -> list[dict[str, Any]]:
 
 def formulas(m: Reflectance) -> list[dict[str, str]]:
     """What the docstrings of a material's classes say of each: formula, range of errors, source."""
-    found = []
+    formulas_of_part = []
     for kind in dict.fromkeys(_pieces(m)):
         parts = sections(kind)
         told = {name.lower(): " ".join(parts.get(name, "").split()) for name in ("Units", "Error", "Source")}
-        found.append({"class": kind.__name__, "formula": parts.get("", "").strip(), **told})
-    return found
+        formulas_of_part.append({"class": kind.__name__, "formula": parts.get("", "").strip(), **told})
+    return formulas_of_part
 
 
 def _pieces(m: Parametrised) -> Iterator[type[Parametrised]]:

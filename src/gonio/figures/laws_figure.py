@@ -44,11 +44,11 @@ def laws(m: Reflectance, report: Report | None = None, path: str | os.PathLike[s
     all laws hold
     """
     check_target(path)
-    known = check(m) if report is None else report
-    if isinstance(known, MapReport):
+    measured = check(m) if report is None else report
+    if isinstance(measured, MapReport):
         raise ParameterError(f"{m!r:.60}: its parameters are maps; expected one material")
-    with np.errstate(all="ignore"), new_figure(path, (14.0, 10.8), known.material) as figure:
-        _draw(figure, m, known)
+    with np.errstate(all="ignore"), new_figure(path, (14.0, 10.8), measured.material) as figure:
+        _draw(figure, m, measured)
     return figure
 
 

@@ -174,10 +174,10 @@ def _draw_map(axes: Any, m: Reflectance, channels: Sequence[str | float] | None)
     shape = map_shape(m)
     f = with_channels(m.f(direction(math.radians(45.0), math.pi), direction(0.0, 0.0)), len(shape))
     number, words = one_number(m)
-    known = np.argwhere(np.isfinite(number(f)))
-    if not len(known):
+    finite = np.argwhere(np.isfinite(number(f)))
+    if not len(finite):
         raise ParameterError(f"{m!r:.80}: no place of the map has data; expected at least one")
-    place = tuple(known[np.abs(known - 0.5 * (np.array(shape) - 1.0)).sum(axis=-1).argmin()].tolist())
+    place = tuple(finite[np.abs(finite - 0.5 * (np.array(shape) - 1.0)).sum(axis=-1).argmin()].tolist())
     if is_coloured(m, channels) and f.shape[-1] > 1:
         matrix = shown_as(m, channels)
         shown = math.pi * (f if matrix is None else f @ matrix)

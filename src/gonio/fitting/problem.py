@@ -236,8 +236,8 @@ class Problem:
             return np.broadcast_to(flat, (1, *weight.shape[:-1])).reshape(-1)  # arrays that are kept have an axis more
         inputs = tuple(lib.convert(x, values) for x in (wi, wo, target, weight))
         model = tree.with_values(u.plain(), self._by_path(values))
-        found = batch.run(self._residual, model, inputs)[0]
-        return lib.module.reshape(lib.module.broadcast_to(found, (1, *weight.shape[:-1])), (-1,))
+        residuals = batch.run(self._residual, model, inputs)[0]
+        return lib.module.reshape(lib.module.broadcast_to(residuals, (1, *weight.shape[:-1])), (-1,))
 
     def jacobian(self, values: Any) -> np.ndarray:
         """Derivatives (C N, n) of `residuals` by the numbers, exact. NumPy arrays only.
@@ -309,8 +309,8 @@ class Problem:
             parameters.add(label, inside, min=a, max=b)
 
         def residuals(p: Any) -> np.ndarray:
-            found: np.ndarray = self.residuals(np.array([p[label].value for label in labels]))
-            return found
+            residuals: np.ndarray = self.residuals(np.array([p[label].value for label in labels]))
+            return residuals
 
         return lmfit.Minimizer(residuals, parameters, scale_covar=self.loss != "likelihood")
 

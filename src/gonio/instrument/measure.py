@@ -137,8 +137,8 @@ def gonioreflectometer(
             break
         held, chosen, shift, rng = samples.drawn(k)
         for i, j in todo:
-            found = trace(held, reflectance, of_light[i], around[j], grid, bounces, chosen, shift, rng)
-            tally.add((i, j), found, of_light[i] < 1e-6)
+            traced = trace(held, reflectance, of_light[i], around[j], grid, bounces, chosen, shift, rng)
+            tally.add((i, j), traced, of_light[i] < 1e-6)
         if progress is not None:
             progress(k + 1, count)
     seconds = time.perf_counter() - start

@@ -38,8 +38,8 @@ def photon_albedo(m: Reflectance, wi: Incidence, tolerance: Tolerance = 1e-4, re
     >>> print(gn.photon_albedo(ink, [0, 0, 1]).round(4))  # 0.2 + 0.3 550/400
     [0.6125 0.6   ]
     """
-    found = integrate(counted(m) if m.fluoresces else m, wi, tolerance)
-    return found if return_error else found.value
+    albedo = integrate(counted(m) if m.fluoresces else m, wi, tolerance)
+    return albedo if return_error else albedo.value
 
 
 def counted(m: Reflectance) -> Reflectance:

@@ -75,8 +75,8 @@ def check(
     for name in names:
         if name not in LAWS:
             close = suggestion(name, LAWS)
-            given = f"check(laws={shown(laws)}): expected some of {', '.join(LAWS)}"
-            raise NotFoundError(f"{given}: no law {name!r}{close}")
+            asked = f"check(laws={shown(laws)}): expected some of {', '.join(LAWS)}"
+            raise NotFoundError(f"{asked}: no law {name!r}{close}")
     if map_shape(m):
         return check_map(m, None if laws is None else names, progress)
     judge = _judge(m)

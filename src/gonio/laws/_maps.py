@@ -103,11 +103,11 @@ class MapReport:
         >>> print(gn.check(gn.Lambertian(np.full((2, 2, 1), 0.5)), laws=["energy"]).holds["energy"].all())
         True
         """
-        found = {}
+        verdicts = {}
         for name, value in self.values.items():
             tolerance = MEASURES[name][2]
-            found[name] = ~(value < tolerance) if name == "positivity" else ~(value > tolerance)
-        return found
+            verdicts[name] = ~(value < tolerance) if name == "positivity" else ~(value > tolerance)
+        return verdicts
 
     def count(self) -> dict[str, int]:
         """Law -> how many values break it, in all places and channels.
@@ -130,8 +130,8 @@ class MapReport:
 
     def _worst(self, name: str) -> float:
         value = np.asarray(self.values[name])
-        known = value[~np.isnan(value)]
-        return float("nan") if not known.size else float(known.min() if name == "positivity" else known.max())
+        finite = value[~np.isnan(value)]
+        return float("nan") if not finite.size else float(finite.min() if name == "positivity" else finite.max())
 
     def to_json(self) -> dict[str, Any]:
         """Numbers of values, of those that break each law, and the worst, for files; None where there is no number.

@@ -43,9 +43,9 @@ def law(m: Reflectance) -> Findings:
 def _fate(w: np.ndarray, R: np.ndarray, T: np.ndarray, behind: bool) -> str:
     """What becomes of the light of one side, at normal incidence and on the way to grazing, in words."""
     cosine = -w[:, 2] if behind else w[:, 2]
-    found = []
+    shares = []
     for angle in (0.0, 60.0, 80.0):
         k = int(np.abs(cosine - np.cos(np.radians(angle))).argmin())
         r, t = (float(x[k].mean()) for x in (R, T))
-        found.append(f"{r:.3f} + {t:.3f} + {1.0 - r - t:.3f} at {angle:.0f} deg")
-    return f"reflected + transmitted + absorbed, from {'behind' if behind else 'in front'}: {', '.join(found)}"
+        shares.append(f"{r:.3f} + {t:.3f} + {1.0 - r - t:.3f} at {angle:.0f} deg")
+    return f"reflected + transmitted + absorbed, from {'behind' if behind else 'in front'}: {', '.join(shares)}"

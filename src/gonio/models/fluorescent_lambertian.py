@@ -75,8 +75,8 @@ class FluorescentLambertian(Lambertian):
         return taken * light.wavelength * sent
 
     def _at(self, wavelengths: Any, known: np.ndarray | None) -> Self:
-        own = self.wavelengths
-        shares = self._shares(wavelengths, known if own is None else own)
+        nm = self.wavelengths
+        shares = self._shares(wavelengths, known if nm is None else nm)
         return super(FluorescentLambertian, self.replace(emission=0.0))._at(wavelengths, known).replace(emission=shares)
 
     def _shares(self, wavelengths: Any, known: np.ndarray | None) -> Any:

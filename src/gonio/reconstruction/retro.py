@@ -210,13 +210,13 @@ def _retro(m: Reflectance, theta: np.ndarray, around: int) -> tuple[np.ndarray, 
     """f(w, w) (N, M, C), with gaps filled from beside them, and the share of gaps."""
     w = direction(theta[:, None], _azimuths(around))
     f = np.asarray(m.f(w, w), float).reshape(*w.shape[:2], -1)
-    known = np.isfinite(f)
-    share = 1.0 - float(known.mean())
+    finite = np.isfinite(f)
+    share = 1.0 - float(finite.mean())
     if share > MISSING:
         raise ParameterError(
             f"{m!r:.80}: no number for {share:.0%} of the pairs wo = wi; expected retro-reflection in the data"
         )
-    return filled_in_layers(np.where(known, f, math.nan), (False, True, False))[0], share
+    return filled_in_layers(np.where(finite, f, math.nan), (False, True, False))[0], share
 
 
 def _albedo(rho: Any, channels: int) -> np.ndarray:

@@ -83,9 +83,9 @@ class Drawn(Reflectance):
         at, phi_o = self._seen_from(wo)
         sin_m = ops.sqrt(wm.x * wm.x + wm.y * wm.y + 1e-20)
         x = ops.sqrt(polar_angle(wm) * (2.0 / math.pi))
-        turned = (azimuth_of(wm) - phi_o + math.pi) * (0.5 / math.pi)
+        turns = (azimuth_of(wm) - phi_o + math.pi) * (0.5 / math.pi)
         solid = (8.0 * math.pi**2) * x * sin_m * cos_d  # of wi, per area of the square
-        lobe = self._lobe.eval(at, x, turned - ops.floor(turned)) / ops.maximum(solid, 1e-12)
+        lobe = self._lobe.eval(at, x, turns - ops.floor(turns)) / ops.maximum(solid, 1e-12)
         return COSINE_SHARE * cosine_hemisphere_density(wi) + (1.0 - COSINE_SHARE) * lobe
 
     def estimate(self, wo: Direction) -> Any:

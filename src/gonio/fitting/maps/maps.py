@@ -107,9 +107,9 @@ class FitMap:
         shape = " x ".join(map(str, self.rms.shape))
         lines = [f"{shape} texels of {type(self._unknowns.model).__name__}"]
         for name, x in self.values.items():
-            known = x[np.isfinite(x)]
-            if known.size:
-                low, middle, high = np.quantile(known, [0.05, 0.5, 0.95])
+            finite = x[np.isfinite(x)]
+            if finite.size:
+                low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
                 lines.append(f"  {name}: {middle:.4g} in the median, 90 % from {low:.4g} to {high:.4g}")
         lines += [f"  {n} texels: {text}" for text, n in self.count().items()]
         return "\n".join(lines)
@@ -295,9 +295,9 @@ def _fitted(
     def evaluate_start(x: np.ndarray) -> Squares:
         return free.gathered(squares(costs(first, "none"), free.models(x), free.places, at_start, WIDTHS), x)
 
-    found = minimize(evaluate, _starts(evaluate_start, free, box, len(data.values)), box, STEPS, TOLERANCE)
-    slopes = None if loss == "likelihood" else summed(scores(loss, "none"), found.x).matrix
-    return _summary(found, free, box, (data.weights > 0.0).sum(axis=(1, 2)), slopes)
+    minimum = minimize(evaluate, _starts(evaluate_start, free, box, len(data.values)), box, STEPS, TOLERANCE)
+    slopes = None if loss == "likelihood" else summed(scores(loss, "none"), minimum.x).matrix
+    return _summary(minimum, free, box, (data.weights > 0.0).sum(axis=(1, 2)), slopes)
 
 
 def _starts(evaluate: Any, free: Unknowns, box: Box, texels: int) -> np.ndarray:

@@ -203,8 +203,8 @@ def _sampled(coefficients: np.ndarray, places: np.ndarray, width: int) -> tuple[
         pieces = min(len(pairs), 1 + 2 * len(pairs) * width * count // TOGETHER)
         for some in np.array_split(pairs, pieces):
             series = coefficients[offsets[some, None] + np.arange(width * length)].reshape(-1, width, length)
-            found = _colours(np.moveaxis(_summed(series.astype(float), count), 1, 0))
-            samples[first[some, None] + np.arange(count + 3)] = np.moveaxis(found, 0, -1)
+            colours = _colours(np.moveaxis(_summed(series.astype(float), count), 1, 0))
+            samples[first[some, None] + np.arange(count + 3)] = np.moveaxis(colours, 0, -1)
     return first.astype(float), steps.astype(float), samples
 
 
@@ -283,19 +283,19 @@ def _held(parts: Mapping[str, Any]) -> list[str]:
 
 def _fitted(m: Reflectance, nodes: int, orders: int, tolerance: float) -> dict[str, Any]:
     """The parts of a file that holds m."""
-    found = quarters(m)
-    widths = {expect_channels(part, NAME) for part in found.values()}
+    parts_by_quarter = quarters(m)
+    widths = {expect_channels(part, NAME) for part in parts_by_quarter.values()}
     if len(widths) > 1:
         raise ParameterError(f"{m!r:.80}: its parts have 1 and 3 channels; expected as many of each")
     (width,) = widths
-    if not all(part.is_isotropic() for part in found.values()):
+    if not all(part.is_isotropic() for part in parts_by_quarter.values()):
         raise ParameterError(f"{m!r:.80}: is anisotropic, and SCATFUN files hold isotropic materials only")
     above, (half, count) = _cosines(nodes), (nodes, 2 * nodes + 2)
     mu = np.concatenate([-above[::-1], [0.0, 0.0], above]).astype("<f4")
     theta = np.arccos(above)
     places, means = np.zeros((count, count, 2), "<u4"), np.zeros((count, count))
     pieces, at = [np.empty(0, "<f4")], 0
-    for quarter, part in found.items():
+    for quarter, part in parts_by_quarter.items():
         sign_i, sign_o = SIGNS[quarter]
         columns = np.arange(half) if sign_i > 0.0 else count - half + np.arange(half)
         for o in range(half):

@@ -116,10 +116,10 @@ def plan(
             f"or other limits of the goniometer"
         )
     wi, wo = wi[usable], wo[usable]
-    known = [_known(measured, teller) for teller in tellers]
+    known_before = [_known(measured, teller) for teller in tellers]
     infos = [
         Information.of(teller.rows(wi, wo), before, teller.values)
-        for teller, before in zip(tellers, known, strict=True)
+        for teller, before in zip(tellers, known_before, strict=True)
     ]
     names = every[0].names
     _require_enough(infos, names, count, repeats, models, isotropic)
@@ -179,16 +179,16 @@ def _unknowns(m: Reflectance, first: Reflectance, by: Any, per_channel: Any) -> 
             f"model: {m!r:.80} has channels {m.channels}, the first model {first.channels}; expected one structure"
         )
     try:
-        found = unknowns(m, m.channels or 1, by, per_channel)
-        names = found.names if m is first else unknowns(first, m.channels or 1, by, per_channel).names
+        free = unknowns(m, m.channels or 1, by, per_channel)
+        names = free.names if m is first else unknowns(first, m.channels or 1, by, per_channel).names
     except TraceError as error:
         raise ParameterError(f"{m!r:.80}: has no derivatives: {error}") from None
-    if found.names != names:
+    if free.names != names:
         raise ParameterError(
-            f"model: {m!r:.80} has the parameters {listed(found.names)}, the first model {listed(names)}; expected one "
+            f"model: {m!r:.80} has the parameters {listed(free.names)}, the first model {listed(names)}; expected one "
             f"structure"
         )
-    return found
+    return free
 
 
 def pairs_of(goniometer: Goniometer | None, candidates: Any, isotropic: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -269,8 +269,8 @@ def _known(measured: Any, teller: _Teller) -> np.ndarray:
         )
     rows = teller.rows(data.wi, data.wo, data.u, data.valid)
     rows = rows.reshape(-1, rows.shape[2])
-    found: np.ndarray = rows[:, : len(names)].T @ rows
-    return found
+    information: np.ndarray = rows[:, : len(names)].T @ rows
+    return information
 
 
 def _of_fit(fit: Fit) -> np.ndarray:
@@ -315,10 +315,10 @@ def _require_enough(
     candidates, channels = infos[0].rows.shape[:2]
     for info, m in zip(infos, models, strict=True):
         if unsure := _unsure(info.known + info.mean, names):
-            turned = "" if isotropic else "; a range of phi_i lets the sample be turned"
+            advice = "" if isotropic else "; a range of phi_i lets the sample be turned"
             raise ParameterError(
                 f"{m!r:.80}: no choice of {candidates} pairs of directions determines {listed(unsure)}; expected `by` "
-                f"without some of them, or wider limits of the goniometer{turned}"
+                f"without some of them, or wider limits of the goniometer{advice}"
             )
     rank = max(int(np.linalg.matrix_rank(info.known[:, : len(names)], tol=1e-12, hermitian=True)) for info in infos)
     if count * channels < len(names) - rank:
@@ -369,9 +369,9 @@ def _equivalent(infos: Sequence[Information], goodness: float, criterion: str) -
 
 def _errors_before(infos: Sequence[Information], names: Sequence[str]) -> dict[str, float]:
     """Standard errors of what was measured before; inf for what it does not determine."""
-    known, size = infos[0].known[:, : len(names)], infos[0].size
-    unsure = _unsure(known, names)
-    variance = np.diag(np.linalg.pinv(known, rcond=NOTHING, hermitian=True)) * size**2
+    before, size = infos[0].known[:, : len(names)], infos[0].size
+    unsure = _unsure(before, names)
+    variance = np.diag(np.linalg.pinv(before, rcond=NOTHING, hermitian=True)) * size**2
     return {
         name: math.inf if name in unsure else float(math.sqrt(max(v, 0.0)))
         for name, v in zip(names, variance, strict=True)

@@ -70,27 +70,31 @@ def contents_of(subject: Subject, with_fits: bool = True, progress: Progress | N
             f"`gonio show` draws maps, and gn.check(m) holds every place to the laws"
         )
     tell = progress or (lambda share: None)
-    found = Guarded()
+    sections = Guarded()
     about = facts(subject.text, m, computed=False)
-    found.add("albedo", lambda: albedos(m))
-    found.add("slices", lambda: curves.slices(m))
-    slices = found.parts["slices"]
-    found.parts["peaks"] = curves.peaks(slices["in_plane"]) if slices else []
-    found.add("half_difference", lambda: curves.half_difference(m))
+    sections.add("albedo", lambda: albedos(m))
+    sections.add("slices", lambda: curves.slices(m))
+    slices = sections.parts["slices"]
+    sections.parts["peaks"] = curves.peaks(slices["in_plane"]) if slices else []
+    sections.add("half_difference", lambda: curves.half_difference(m))
     tell(0.1)
-    found.add("laws", lambda: _laws(m, lambda done, total: tell(0.1 + 0.5 * done / total)))
-    found.add("colour", lambda: colours(m))
-    found.add("delta", lambda: _deltas(m) if m.has_delta else None)
-    found.add("fate", lambda: _fates(m) if "sides" in about else None)
-    found.add("polarization", lambda: _polarization(m) if m.polarizes else None)
+    sections.add("laws", lambda: _laws(m, lambda done, total: tell(0.1 + 0.5 * done / total)))
+    sections.add("colour", lambda: colours(m))
+    sections.add("delta", lambda: _deltas(m) if m.has_delta else None)
+    sections.add("fate", lambda: _fates(m) if "sides" in about else None)
+    sections.add("polarization", lambda: _polarization(m) if m.polarizes else None)
     tell(0.65)
     if with_fits:
-        found.add("fits", lambda: fits_of(m, subject.text))
+        sections.add("fits", lambda: fits_of(m, subject.text))
     else:
-        found.parts["fits"], found.left_out["fits"] = None, "left out on request (--no-fits)"
+        sections.parts["fits"], sections.left_out["fits"] = None, "left out on request (--no-fits)"
     tell(1.0)
-    best = found.parts["fits"]["models"][0]["model"] if found.parts["fits"] and found.parts["fits"]["models"] else ""
-    table = found.parts["albedo"]["table"]["theta_i"] if found.parts["albedo"] else [0.0]
+    best = (
+        sections.parts["fits"]["models"][0]["model"]
+        if sections.parts["fits"] and sections.parts["fits"]["models"]
+        else ""
+    )
+    table = sections.parts["albedo"]["table"]["theta_i"] if sections.parts["albedo"] else [0.0]
     return {
         "name": subject.name,
         "title": subject.title,
@@ -99,9 +103,9 @@ def contents_of(subject: Subject, with_fits: bool = True, progress: Progress | N
         "unit": one_number(m)[1],
         "formulas": formulas(m),
         "citations": cite(m),
-        **found.parts,
-        "left_out": found.left_out,
-        "notes": found.notes,
+        **sections.parts,
+        "left_out": sections.left_out,
+        "notes": sections.notes,
         "reproduce": {
             "python": subject.python(table, math.degrees(plane(m)), best),
             "shell": subject.shell(best),
@@ -161,10 +165,10 @@ def _components(m: Gridded, function: Callable[..., Any], *args: Any, axes: int)
 
 def _measured_albedos(m: Gridded, wi: np.ndarray) -> dict[str, Any]:
     """Albedos of a table, and their standard uncertainties."""
-    found = _components(m, albedo, wi, axes=1)
+    albedos = _components(m, albedo, wi, axes=1)
     by_noise = "the larger of both components by noise, and interpolation"
-    found["assumed"] = by_noise if len(found["u"]) > 1 else "interpolation alone"
-    return found | {"method": "uncertainties of the values, and of interpolation between them"}
+    albedos["assumed"] = by_noise if len(albedos["u"]) > 1 else "interpolation alone"
+    return albedos | {"method": "uncertainties of the values, and of interpolation between them"}
 
 
 def _white_sky(m: Reflectance) -> dict[str, Any]:
@@ -260,8 +264,8 @@ def _polarization(m: Reflectance) -> dict[str, Any]:
             matrices.append(
                 {"theta_i": theta, "first": float(mirror[0, 0]), "matrix": (mirror / mirror[0, 0]).tolist()}
             )
-    known = any(np.isfinite(row["degree"]).any() for row in rows)
-    return {"degree": rows if known else [], "mirror": matrices, "delta": not known}
+    measured = any(np.isfinite(row["degree"]).any() for row in rows)
+    return {"degree": rows if measured else [], "mirror": matrices, "delta": not measured}
 
 
 def _as_one(m: Reflectance, M: np.ndarray) -> np.ndarray:

@@ -33,41 +33,41 @@ def slices(m: Reflectance) -> dict[str, Any]:
     """f against the viewing angle [degrees], negative on the side of the light, for angles of incidence."""
     thetas, within = incidences(m), bounded(m)
     views_of = [views_about(theta) for theta in thetas]
-    found: dict[str, Any] = {"unit": one_number(m)[1], "azimuth_of_light": math.degrees(plane(m))}
+    slices_of_m: dict[str, Any] = {"unit": one_number(m)[1], "azimuth_of_light": math.degrees(plane(m))}
     for name, turn in TURNS.items():
         measured = slices_of(m, thetas, turn) if isinstance(m, Gridded) else [None] * len(thetas)
-        found[name] = []
+        slices_of_m[name] = []
         for theta, views, points in zip(thetas, views_of, measured, strict=True):
             row = {"theta_i": theta, "views": views.tolist(), "f": f_in_plane(within, theta, views, turn).tolist()}
             if points is not None and points.views.size:
                 u = None if points.u is None else points.u.tolist()
                 row["measured"] = {"views": points.views.tolist(), "f": points.measured.tolist(), "u": u}
-            found[name].append(row)
+            slices_of_m[name].append(row)
     for z in hemispheres(m)[1:]:
-        found["through"] = []
+        slices_of_m["through"] = []
         for theta, views in zip(thetas, views_of, strict=True):
             f = f_in_plane(within, theta, views, through=z < 0.0)
-            found["through"].append({"theta_i": theta, "views": views.tolist(), "f": f.tolist()})
-    return found
+            slices_of_m["through"].append({"theta_i": theta, "views": views.tolist(), "f": f.tolist()})
+    return slices_of_m
 
 
 def peaks(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Of slices in the plane of incidence: f at the mirror direction, seen along the normal, and back to the light; the
     largest f, its angle and its full width at half maximum [degrees]; None where nothing is known."""
-    found = []
+    peaks_of_rows = []
     for row in rows:
         views, f = np.array(row["views"]), np.array(row["f"])
         theta = row["theta_i"]
         at = {"mirror": theta, "normal": 0.0, "retro": -theta}
         values = {name: float(f[np.abs(views - view).argmin()]) for name, view in at.items()}
-        known = np.where(np.isfinite(f), f, -1.0)
-        ties = np.flatnonzero(known >= known.max() * (1.0 - 1e-7))
+        finite = np.where(np.isfinite(f), f, -1.0)
+        ties = np.flatnonzero(finite >= finite.max() * (1.0 - 1e-7))
         top = int(ties[np.abs(views[ties] - theta).argmin()])
         largest = {"peak": float("nan"), "peak_at": float("nan"), "width": float("nan")}
-        if known[top] > 0.0:
-            largest = {"peak": float(f[top]), "peak_at": float(views[top]), "width": _width(views, known, top)}
-        found.append({"theta_i": theta, **values, **largest})
-    return found
+        if finite[top] > 0.0:
+            largest = {"peak": float(f[top]), "peak_at": float(views[top]), "width": _width(views, finite, top)}
+        peaks_of_rows.append({"theta_i": theta, **values, **largest})
+    return peaks_of_rows
 
 
 def _width(views: np.ndarray, f: np.ndarray, top: int) -> float:

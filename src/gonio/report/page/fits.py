@@ -45,7 +45,7 @@ CHANNELS = 16
 def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
     """The built-in materials that are most like this one, but for that of its name, and fits of models with their
     residuals, the best first."""
-    found: dict[str, Any] = {
+    report: dict[str, Any] = {
         "measured": isinstance(m, Measured),
         "nearest": [],
         "models": [],
@@ -56,37 +56,37 @@ def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
     try:
         require_reflecting(m)
     except ParameterError as error:
-        found["reasons"].append(in_a_line(error))
-        return found
+        report["reasons"].append(in_a_line(error))
+        return report
     try:
         for match in nearest(m, count=NEAREST + 1):
             is_itself = entry is not None and match.name == entry.name and match.distance == 0.0
-            if match.rank and not is_itself and len(found["nearest"]) < NEAREST:
+            if match.rank and not is_itself and len(report["nearest"]) < NEAREST:
                 row = {"name": match.name, "distance": match.distance, "compared": match.compared, "what": match.what}
-                found["nearest"].append(row)
+                report["nearest"].append(row)
     except Error as error:
-        found["reasons"].append(in_a_line(error))
+        report["reasons"].append(in_a_line(error))
     if (m.channels or 1) > CHANNELS:
-        found["reasons"].append(f"fits: {m.channels} channels; gonio fit does these, one by one")
-        return found
+        report["reasons"].append(f"fits: {m.channels} channels; gonio fit does these, one by one")
+        return report
     fits = []
     for text in MODELS if isinstance(m, Measured) else MODELS[:SIMPLER]:
         model = expression(text)
         if content(model).structure == content(m).structure:
-            found["exact"].append(text)  # the formula of the material itself
+            report["exact"].append(text)  # the formula of the material itself
             continue
         try:
             fits.append((text, fit(m, model)))
         except Error as error:
-            if (reason := in_a_line(error)) not in found["reasons"]:
-                found["reasons"].append(reason)
+            if (reason := in_a_line(error)) not in report["reasons"]:
+                report["reasons"].append(reason)
     fits.sort(key=lambda pair: pair[1].rms)
-    found["exact"] += [text for text, of in fits if of.rms <= EXACT * _size(of)]
-    fits = [(text, of) for text, of in fits if text not in found["exact"]]
-    found["models"] = [_told(text, of) for text, of in fits]
+    report["exact"] += [text for text, of in fits if of.rms <= EXACT * _size(of)]
+    fits = [(text, of) for text, of in fits if text not in report["exact"]]
+    report["models"] = [_told(text, of) for text, of in fits]
     if fits:
-        found["residuals"] = _residuals(m, fits[0][1])
-    return found
+        report["residuals"] = _residuals(m, fits[0][1])
+    return report
 
 
 def _size(of: Fit) -> float:
