@@ -281,13 +281,13 @@ def require_one_direction(m: Any) -> None:
         )
 
 
-def reciprocal(number: Any) -> Any:
-    """1 over a number or an array that a reflectance is divided by."""
+def divided(m: Any, number: Any) -> Any:
+    """A reflectance divided by a number or an array."""
     if ops.is_masked(number) or is_named(number):
-        return 1.0 / number
+        return m * (1.0 / number)
     try:
         with np.errstate(divide="ignore", over="ignore"):
-            return 1.0 / ops.numbers(number)
+            return m * (1.0 / ops.numbers(number))
     except MemoryError:
         raise TooLargeError("a reflectance divided by an array that does not fit into memory") from None
     except (TypeError, ValueError) as error:

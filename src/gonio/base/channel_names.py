@@ -198,7 +198,10 @@ def differ(value: Any) -> bool:
 
 
 def known_to_formula(m: Any) -> tuple[Any, ...] | None:
-    """The wavelengths of channels that formulas of a material know, by a field `wavelength = wavelengths()`."""
+    """Names of the channels, or wavelengths [nm]; None: as the parameters imply (three: linear sRGB).
+
+    Where none were given, the wavelengths that formulas know, by a field `wavelength = wavelengths()`.
+    """
     asked_for = [x for _, field, x, _ in tree.walk(m) if isinstance(field, Wavelengths) and np.ndim(x)]
     return tuple(map(float, asked_for[0])) if asked_for else None
 

@@ -73,10 +73,10 @@ def _light(m: Any, wi: Direction, hidden: Any) -> Iterator[tuple[str, Any, Any, 
 
 
 def _spread(m: Any, side: str) -> list[tuple[Any, Any]]:
-    """The lobes for light on this side, with their weights, but for delta lobes; the material if it is all that."""
-    lobes = list(m.lobes())
-    spread = [(weight, lobe) for weight, lobe in lobes if lobe.sides == side and not lobe.is_delta]
-    return [(1.0, m)] if spread and len(spread) == len(lobes) else spread
+    """What has f for light on this side, with weights: lobes that are no delta lobes, or the material of one side."""
+    if m.sides == "front":
+        return [(1.0, m)]
+    return [(weight, lobe) for weight, lobe in m.lobes() if lobe.sides == side and not lobe.is_delta]
 
 
 def _sum(terms: list[Any], none: Any) -> Any:
@@ -125,7 +125,7 @@ def mueller(m: Any, mean: Any, wi: Any, wo: Any) -> tuple[Any, ...]:
     behind, hidden, up, viewed = from_viewer(wo, m)
     parts = []
     for side, unlit, unseen, safe in _light(viewed, turned_over(behind, wi), hidden):
-        lobes = [(1.0, viewed)] if viewed.sides == "front" else _spread(viewed, side)
+        lobes = _spread(viewed, side)
         matrices = [lobe.polarized(safe, select(unseen, NORMAL, up)) * weight for weight, lobe in lobes]
         parts.append((unlit, _sum(matrices, Mueller.depolarizer(0.0))))
     return (_matrix(parts, _nan_of(wi, wo), m),)

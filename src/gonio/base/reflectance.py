@@ -1,8 +1,9 @@
 """The contract of a reflectance, whole: what a model writes, components in and numbers out, and what everyone calls.
 
 A model writes `formula(wi, wo)`, and for importance sampling `warp(wo, u0, u1)` with its `density(wi, wo)`; all else
-that it may write stands here too, with what holds where it does not. `wi` points to the light, `wo` to the viewer, both
-away from the surface. What everyone calls follows from that by one set of kernels: see `kernels.py`.
+that it may write stands here too, with what holds where it does not; what it writes with is in `gonio.authoring`. `wi`
+points to the light, `wo` to the viewer, both away from the surface. What everyone calls follows from that by one set of
+kernels: see `kernels.py`.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ class Reflectance(Parametrised):
 
     @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        """f [1/sr] for directions above the horizon, without the cosine; of a lobe across the surface wi is below."""
+        """f [1/sr] for directions above the horizon, without the cosine; wi is below for a lobe across the surface; of
+        a delta lobe 0."""
         raise self._lacks("formula")
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
@@ -57,7 +59,7 @@ class Reflectance(Parametrised):
         return warp.cosine_hemisphere_density(-wi if self.sides == "across" else wi)
 
     def estimate(self, wo: Direction) -> Any:
-        """Roughly the share of the light that is reflected: sums sample their lobes in this proportion."""
+        """Roughly the share of light that is reflected: sums sample their lobes in this proportion."""
         return 1.0 + 0.0 * wo.z
 
     def diffuse(self) -> Any:
@@ -80,8 +82,10 @@ class Reflectance(Parametrised):
         return False
 
     def mirror(self, wo: Direction) -> Any:
-        """Reflectance of a delta lobe at the mirror direction. A model that becomes a mirror as its widths (parameters
-        whose `sampled` is "max" or "min") go to their narrow bounds may write it: `gonio.check` tests this limit."""
+        """Reflectance of a delta lobe at the mirror direction.
+
+        A model that becomes a mirror as its widths (parameters whose `sampled` is "max" or "min") go to their narrow
+        bounds may write it: `gonio.check` tests this limit."""
         raise self._lacks("mirror")
 
     def mirrored(self, wo: Direction) -> Direction:
@@ -99,7 +103,7 @@ class Reflectance(Parametrised):
         """Where light and viewer may be: "front", "across" or "both"; a class says `sides = "across"`.
 
         "front": both above the surface. "across": of a lobe, wo above and wi below it. "both": of a sum of such lobes,
-        anywhere; its `formula` is not called, but that of its `lobes`.
+        anywhere; it writes `lobes` and `turned`, and its `formula` is not called, but theirs.
 
         Example
         >>> glass = gn.RoughDielectric(gn.GGX(0.2), 1.5)
@@ -196,12 +200,10 @@ class Reflectance(Parametrised):
     delta_mueller = calls.delta_mueller  # (wo, across=False): their Mueller matrix
     has_delta = attribute(calls.has_delta)  # whether any lobe is a delta lobe
     is_isotropic = calls.is_isotropic  # (): whether turning both directions about the normal changes nothing
-
     under = reradiation.under  # (light, seen=None): the material that looks the same under light of a spectrum
     reradiation = reradiation.reradiation  # (wi, wo): the matrix of light that leaves at one and arrived at another
 
     # Its channels: `channel_names.py`.
-
     channels = attribute(names.channels)  # how many there are; None where f has no channel axis
     channel_names = inferred(names.known_to_formula)  # names, or wavelengths [nm]; None: as the parameters imply
     wavelengths = known(names.wavelengths)  # [nm], (C,); None where channels have names in words, or none
@@ -212,11 +214,10 @@ class Reflectance(Parametrised):
     _name_channels, _key, _written, to_json = names.take_names, names.key, names.written, names.to_json
 
     # Sums, and products with weights: `sums.py`.
-
     def __add__(self, other: Reflectance) -> Reflectance:
         if not isinstance(other, Reflectance):
             return NotImplemented
-        both: Reflectance = CLASSES["Sum"].joined([self, other])
+        both: Reflectance = CLASSES["Sum"]._joined([self, other])
         return both
 
     def __radd__(self, other: Any) -> Reflectance:
@@ -232,7 +233,7 @@ class Reflectance(Parametrised):
     __rmul__ = __mul__
 
     def __truediv__(self, number: Any) -> Reflectance:
-        quotient: Reflectance = self * calls.reciprocal(number)
+        quotient: Reflectance = calls.divided(self, number)
         return quotient
 
     __array_ufunc__ = None  # np.float64(0.4) * m is ours to compute

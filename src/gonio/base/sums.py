@@ -132,7 +132,7 @@ class Sum(Reflectance):
         self.validate()
 
     @classmethod
-    def joined(cls, materials: Iterable[Reflectance]) -> Sum:
+    def _joined(cls, materials: Iterable[Reflectance]) -> Sum:
         """The sum of materials, with the terms of sums in place of these."""
         flat = [m.terms if isinstance(m, Sum) and m._given("channel_names") is None else (m,) for m in materials]
         return cls(*(term for terms in flat for term in terms))

@@ -93,7 +93,7 @@ def _opened(make: Callable[..., Any], arguments: list[Any], named: dict[str, Any
 
 
 def _added(terms: list[Any]) -> Any:
-    return Sum.joined(terms) if len(terms) > 1 else terms[0]
+    return Sum._joined(terms) if len(terms) > 1 else terms[0]
 
 
 class _ExpressionReader:
