@@ -45,8 +45,7 @@ class Reflectance(Parametrised):
 
     @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        """f [1/sr] for directions above the horizon, without the cosine; wi is below for a lobe across the surface; of
-        a delta lobe 0."""
+        """f [1/sr], without the cosine, for directions above the horizon (of a lobe across wi below); 0 of a mirror."""
         raise self._lacks("formula")
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
@@ -71,14 +70,24 @@ class Reflectance(Parametrised):
 
     @property
     def hints(self) -> Hints:
-        """What quadrature should know: where `warp` jumps, kinks of f, and how the slopes of a smooth lobe spread."""
+        """What quadrature should know: where `warp` jumps, kinks of f, and how the slopes of a smooth lobe spread.
+
+        Example
+        >>> print(gn.Microfacet(gn.GGX(0.1)).hints.spread)
+        Spread(alpha_x=0.1, alpha_y=0.1, reach=inf)
+        """
         return NO_HINTS
 
     # Mirrors.
 
     @property
     def is_delta(self) -> bool:
-        """Whether this is a delta lobe, a perfect mirror; a model that is one says `is_delta = True`."""
+        """Whether this is a delta lobe, a perfect mirror; a model that is one says `is_delta = True`.
+
+        Example
+        >>> print(gn.IdealSpecular(0.04).is_delta, gn.Lambertian(0.3).is_delta)
+        True False
+        """
         return False
 
     def mirror(self, wo: Direction) -> Any:
@@ -103,13 +112,7 @@ class Reflectance(Parametrised):
         """Where light and viewer may be: "front", "across" or "both"; a class says `sides = "across"`.
 
         "front": both above the surface. "across": of a lobe, wo above and wi below it. "both": of a sum of such lobes,
-        anywhere; it writes `lobes` and `turned`, and its `formula` is not called, but theirs.
-
-        Example
-        >>> glass = gn.RoughDielectric(gn.GGX(0.2), 1.5)
-        >>> print(gn.Lambertian(0.5).sides, glass.sides, [lobe.sides for _, lobe in glass.lobes()])
-        front both ['front', 'across']
-        """
+        anywhere; it writes `lobes` and `turned`, and its `formula` is not called, but theirs."""
         return "front"
 
     @property
@@ -159,11 +162,9 @@ class Reflectance(Parametrised):
         return 0.0
 
     # What few models write, for the one room that asks.
-
     @property
     def _split(self) -> bool:
-        """Whether this lobe and the next one, for light on the other side, share what is drawn: `warp` of both starts
-        from the same draw, and `estimate` of this one is that of both."""
+        """Whether this lobe and the next, for light on the other side, share a draw; `estimate` is that of both."""
         return False
 
     def _chance(self, wi: Direction, wo: Direction) -> Any:
@@ -220,8 +221,7 @@ class Reflectance(Parametrised):
         both: Reflectance = CLASSES["Sum"]._joined([self, other])
         return both
 
-    def __radd__(self, other: Any) -> Reflectance:
-        """`sum` begins with 0."""
+    def __radd__(self, other: Any) -> Reflectance:  # `sum` begins with 0
         return self if isinstance(other, int) and other == 0 else NotImplemented
 
     def __mul__(self, weight: Any) -> Reflectance:
