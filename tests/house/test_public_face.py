@@ -338,6 +338,19 @@ def test_a_class_says_what_it_is_beside_its_base():
             oriented = True
 
 
+@pytest.mark.parametrize(
+    ("hook", "words"),
+    [
+        ({"sides": "Across"}, r"class _A: sides = 'Across'; expected front, across, both; did you mean 'across'\?"),
+        ({"sides": "both"}, r"class _A: sides = 'both'; a material of both sides writes turned\(back\)"),
+        ({"hints": 0.5}, r"class _A: hints = 0.5; expected hints = Hints\(seam=...\)"),
+    ],
+)
+def test_hooks_that_nothing_knows_are_refused(hook, words):
+    with pytest.raises(ParameterError, match=words):
+        type("_A", (gn.Reflectance,), {"formula": lambda self, wi, wo: 0.3} | hook)
+
+
 def test_a_class_of_two_parametrised_bases_has_the_fields_of_both():
     class _A(gn.Reflectance):
         a = param(0.1, 0.0, 1.0, "a")

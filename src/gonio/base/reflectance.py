@@ -25,7 +25,7 @@ from . import calls, reradiation
 from . import channel_names as names
 from .advice import instead
 from .results import NO_HINTS, Hints
-from .sides import choose, lit_behind
+from .sides import choose, lit_behind, refuse_hooks
 
 if TYPE_CHECKING:
     from ..numerics.quadrature import Integrals
@@ -41,8 +41,11 @@ class Reflectance(Parametrised):
     0.502 1.567
     """
 
-    # What models write: f and its samples.
+    def __init_subclass__(cls, **words: Any) -> None:
+        refuse_hooks(cls)
+        super().__init_subclass__(**words)
 
+    # What models write: f and its samples.
     @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
         """f [1/sr], without the cosine, for directions above the horizon (of a lobe across wi below); 0 of a mirror."""
@@ -79,7 +82,6 @@ class Reflectance(Parametrised):
         return NO_HINTS
 
     # Mirrors.
-
     @property
     def is_delta(self) -> bool:
         """Whether this is a delta lobe, a perfect mirror; a model that is one says `is_delta = True`.
@@ -102,7 +104,6 @@ class Reflectance(Parametrised):
         return -wo if self.sides == "across" else mirror(wo)
 
     # Sums, and both sides of a surface.
-
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         """The terms of this sum: pairs (weight, model)."""
         yield 1.0, self
@@ -130,7 +131,6 @@ class Reflectance(Parametrised):
         return front
 
     # Polarization and fluorescence.
-
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         """The Mueller matrix of f [1/sr], in the axes of `formula/mueller.py`; without it light leaves unpolarized."""
         return Mueller.depolarizer(self.formula(wi, wo))
@@ -190,7 +190,6 @@ class Reflectance(Parametrised):
         return None
 
     # What everyone calls: arrays in, arrays out.
-
     f = calls.f  # (wi, wo, out=None, uv=None): the BRDF, of what transmits the BSDF [1/sr], without the cosine
     f_angles = calls.f_angles  # (theta_i, phi_i, theta_o, phi_o): the same for angles [rad]
     pdf = calls.pdf  # (wi, wo): the density [1/sr] with which `sample` draws wi

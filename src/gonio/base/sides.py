@@ -8,7 +8,12 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
-from ..errors import REFUSALS, ParameterError, shown
+from ..errors import REFUSALS, ParameterError, shown, suggestion
+from ..formula.fields import CLASSES
+from ..formula.text import listed
+from .results import NO_HINTS, Hints
+
+SIDES = ("front", "across", "both")
 
 
 def sides_of(parts: Iterable[Any]) -> str:
@@ -41,7 +46,7 @@ def require_finite(m: Any, expected: str = "a model whose f is finite, of one si
 
 
 def is_lit(m: Any, z: Any) -> Any:
-    """Whether light, or a viewer, so high above the surface can count; below it for what is not of one side."""
+    """Whether light, or a viewer, so high above the surface can count; at -1 it does for what is not of one side."""
     return z > 0.0 if m.sides == "front" else z > -2.0
 
 
@@ -58,6 +63,18 @@ def sign_of_light(lobe: Any) -> float:
 def lit_behind(m: Any) -> str:
     """Why a material cannot be what is lit and seen in front only; nothing where it can."""
     return "" if m.sides == "front" else "it transmits light; expected a reflectance lit and seen in front only"
+
+
+def refuse_hooks(cls: Any) -> None:
+    """Raises ParameterError for a class whose sides or hints are not those that kernels and quadrature know."""
+    place, sides, hints = f"class {cls.__name__}", vars(cls).get("sides"), vars(cls).get("hints", NO_HINTS)
+    if isinstance(sides, str) and sides not in SIDES:
+        raise ParameterError(f"{place}: sides = {sides!r}; expected {listed(SIDES)}{suggestion(sides, SIDES)}")
+    if sides == "both" and cls.turned is CLASSES["Reflectance"].turned:
+        rule = "a material of both sides writes turned(back), its lobes as they are seen from either side, and lobes()"
+        raise ParameterError(f"{place}: sides = 'both'; {rule}")
+    if not isinstance(hints, Hints) and not hasattr(hints, "__get__"):
+        raise ParameterError(f"{place}: hints = {shown(hints)}; expected hints = Hints(seam=...)")
 
 
 def choose(back: Any, behind: Any, before: Any) -> Any:

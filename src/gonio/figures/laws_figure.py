@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from ..base.sides import said_of_sides
+from ..base.sides import is_lit, said_of_sides
 from ..declared.arguments import checked
 from ..errors import ParameterError, TraceError
 from ..integrals.efficiency import VIEWS, sampling_efficiency
@@ -171,9 +171,7 @@ def _energy(axes: Any, m: Reflectance) -> None:
 
 
 def _cavity(axes: Any, m: Reflectance) -> None:
-    try:
-        cavity.refuse_plates(m)
-    except ParameterError:
+    if is_lit(m, -1.0):
         axes.set_axis_off()
         axes.text(0.5, 0.5, "cavity: left out,\nlight leaves through the plates", ha="center", va="center", color=GREY)
         return

@@ -20,7 +20,6 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from ..base.sides import hemispheres
 from ..declared.arguments import Declared
 from ..errors import FormatError, ParameterError
 from ..models.sheet import Sheet
@@ -31,7 +30,7 @@ from ._reading import plain_text
 from ._rows import direction_pairs
 from ._rows.direction_pairs import LEVEL, TURNS
 from ._rows.pairs_of_material import Resolution, rows_of
-from ._sides import Side, about_of
+from ._sides import Side, about_of, is_part
 
 NAME = "pab-opto"
 SUFFIXES = (".txt", ".dat")
@@ -139,7 +138,7 @@ def write(
     >>> print(gn.load("white.pab").f_angles(0.5, 0.0, 0.3, 1.0).round(4))
     0.1592
     """
-    if incident is not None and incident[0] > LEVEL and -1.0 not in hemispheres(m):
+    if incident is not None and incident[0] > LEVEL and is_part(m):
         raise ParameterError(f"incident={incident}: light from behind; expected theta_i of at most pi/2 = 1.5708")
     pairs = rows_of(m, resolution, (QUANTITIES["bsdf"], QUANTITIES["dsf"]), incident)
     if pairs.channels not in (None, CHANNELS):

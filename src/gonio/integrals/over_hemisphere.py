@@ -12,7 +12,7 @@ from ..arrays.kinds import with_channels
 from ..base.angles import check_unit
 from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance
-from ..base.sides import hemispheres, sign_of_light
+from ..base.sides import is_lit, sign_of_light
 from ..base.sums import lobes_on
 from ..errors import (
     ArrayTypeError,
@@ -63,7 +63,7 @@ def integrate(
     "across" for the other one.
     """
     check_tolerance(tolerance)
-    w = directions(w, -1.0 in hemispheres(m) or sides != "front")
+    w = directions(w, is_lit(m, -1.0) or sides != "front")
     across = incident and sides == "across"  # then the viewer is on the other side of the surface
     parts = []
     behind = w[..., 2] < 0.0

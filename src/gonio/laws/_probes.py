@@ -15,7 +15,7 @@ from ..base.channel_names import channel as channel
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..base.results import Sample
-from ..base.sides import hemispheres
+from ..base.sides import is_lit
 from ..numerics.lattice import lattice
 
 PAIRS = 1 << 17
@@ -103,9 +103,9 @@ def precisions(m: Reflectance) -> tuple[type[np.floating], ...]:
 
 def everywhere(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The pairs, for a material that transmits those of either direction mirrored at the surface in turn."""
-    for z in hemispheres(m)[1:]:
-        k, there = np.arange(len(wi))[:, None], np.array([1.0, 1.0, z], wi.dtype)
-        wi, wo = np.where(k & 1, wi * there, wi), np.where(k & 2, wo * there, wo)
+    if is_lit(m, -1.0):
+        k, below = np.arange(len(wi))[:, None], np.array([1.0, 1.0, -1.0], wi.dtype)
+        wi, wo = np.where(k & 1, wi * below, wi), np.where(k & 2, wo * below, wo)
     return wi, wo
 
 
@@ -123,7 +123,9 @@ def azimuths(m: Reflectance) -> np.ndarray:
 def incidence(m: Reflectance) -> np.ndarray:
     """Directions (K, 3) at INCIDENCE, beside the kinks of f and at `azimuths`; of a material that transmits from behind
     the surface too."""
-    theta = np.concatenate([_angles(m), *(np.pi - _angles(m.turned(True))[::-1] for _ in hemispheres(m)[1:])])
+    theta = _angles(m)
+    if is_lit(m, -1.0):
+        theta = np.concatenate([theta, np.pi - _angles(m.turned(True))[::-1]])
     return direction(theta[:, None], azimuths(m)[None, :]).reshape(-1, 3)
 
 

@@ -16,8 +16,7 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from ..base.sides import refuse_transmission
-from ..errors import ParameterError
+from ..base.sides import is_lit
 from ..numerics.lattice import lattice
 from ._probes import degrees, in_channel, largest, together, weights
 from ._verdict import Findings, at_most
@@ -31,13 +30,6 @@ TOLERANCE = 1.0 + 5e-3  # as for the furnace, after three standard errors are ta
 
 ACROSS = np.array([-1.0, 1.0, 1.0])
 """wi, as the other plate sees that light leave: reversed, and turned over with the plate about the x axis."""
-
-
-def refuse_plates(m: Reflectance) -> None:
-    """Raises ParameterError for plates that light leaves through."""
-    refuse_transmission(
-        m, "cavity: left out, for light leaves through plates that transmit; energy and furnace look at both sides"
-    )
 
 
 def starts() -> np.ndarray:
@@ -84,10 +76,8 @@ def steady(m: Reflectance, emission: float = 1.0, bounces: int = BOUNCES) -> np.
 
 def law(m: Reflectance) -> Findings:
     """The largest radiance after any number of bounces up to BOUNCES, less three standard errors."""
-    try:
-        refuse_plates(m)
-    except ParameterError as note:
-        yield str(note)
+    if is_lit(m, -1.0):
+        yield "cavity: left out, for light leaves through plates that transmit; energy and furnace look at both sides"
         return
     mean, error = radiance(m)
     value, (k, at, c) = largest(mean - 3.0 * error)

@@ -15,8 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from ..base.sides import refuse_transmission
-from ..errors import ParameterError
+from ..base.sides import is_lit
 from ..integrals.over_hemisphere import integrate
 from ..integrals.photons import counted
 from ._probes import channel, degrees, in_channel, incidence, largest, pairs, some
@@ -34,10 +33,8 @@ def law(m: Reflectance) -> Findings:
     if m.wavelengths is None:
         yield "photons are not counted: the wavelengths of the channels are not known (m.with_channels)"
         return
-    try:
-        refuse_transmission(m, "photons are not counted: the material transmits light")
-    except ParameterError as note:
-        yield str(note)
+    if is_lit(m, -1.0):
+        yield "photons are not counted: the material transmits light"
         return
     every = pairs()
     wi, wo = (w[:: len(w) // some(m, PAIRS, m.channels or 1)] for w in every)

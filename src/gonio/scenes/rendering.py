@@ -16,7 +16,7 @@ from ..base.map_shape import map_shape
 from ..base.reflectance import Reflectance
 from ..base.reradiation import exchanges, has_stand_in
 from ..base.shown_channels import is_coloured, shown_as
-from ..base.sides import hemispheres
+from ..base.sides import is_lit
 from ..base.under_light import glow
 from ..declared.arguments import Declared, Seed, checked
 from ..errors import ArrayTypeError, ParameterError, ShapeError
@@ -124,7 +124,7 @@ def render(
     wanted = most_samples(samples, tolerance)
     stage, materials = _staged(m, shape, camera, ground, backdrop)
     tell("render", stage, materials, m if isinstance(m, Scene) else shape)
-    if not any(-1.0 in hemispheres(x) for x in materials):
+    if not any(is_lit(x, -1.0) for x in materials):
         _check_fronts(stage)
     pixels = Pixels.of(stage, size, seed)
     lit = [(x, *lights_of(x, lights, channels)) for x in materials]

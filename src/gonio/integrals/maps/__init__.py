@@ -24,7 +24,7 @@ import numpy as np
 
 from ...base.map_shape import map_shape
 from ...base.reflectance import Reflectance
-from ...base.sides import hemispheres
+from ...base.sides import is_lit
 from ...base.sums import drawn_apart
 from ...evaluate import batch
 from ...evaluate.factors import factors
@@ -72,7 +72,7 @@ def _of_lobe(lobe: Reflectance, wanted: Wanted) -> Integrals:
     apart = all(1 in pair for pair in zip(*axes, strict=True))
     plain = (
         not lobe.is_delta
-        and -1.0 not in hemispheres(lobe)
+        and not is_lit(lobe, -1.0)
         and not any(isinstance(field, Channels) for _, field, _, _ in tree.walk(lobe))
     )
     if math.prod(map_axes) <= 1 or not apart or not plain:

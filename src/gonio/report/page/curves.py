@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base.reflectance import Reflectance
-from ...base.sides import hemispheres
+from ...base.sides import is_lit
 from ...figures._slices import bounded, f_in_plane, incidences, one_number, plane, slices_of
 from ...figures.half_difference_figure import nodes, slice_of
 from ...tables.gridded import Gridded
@@ -43,10 +43,10 @@ def slices(m: Reflectance) -> dict[str, Any]:
                 u = None if points.u is None else points.u.tolist()
                 row["measured"] = {"views": points.views.tolist(), "f": points.measured.tolist(), "u": u}
             slices_of_m[name].append(row)
-    for z in hemispheres(m)[1:]:
+    if is_lit(m, -1.0):
         slices_of_m["through"] = []
         for theta, views in zip(thetas, views_of, strict=True):
-            f = f_in_plane(within, theta, views, through=z < 0.0)
+            f = f_in_plane(within, theta, views, through=True)
             slices_of_m["through"].append({"theta_i": theta, "views": views.tolist(), "f": f.tolist()})
     return slices_of_m
 
